@@ -157,17 +157,9 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
         return episode(path, choices.message)
     examine(path)
     ending, file = suffix(path), file_name(path)
-    with errors_of(path):
-        parse = None if ending in READ else _of_a_plugin(ending, "parse")
-    if ending not in READ and parse is None:
-        raise _unknown_suffix(path, "reads")
+    if ending not in READ:
+        return _read_by_a_plugin(path, ending, file)
     content = read_text(path)
-    if parse is not None:
-        with errors_of(file):
-            task = parse(content, file)
-        if not isinstance(task, Task):
-            raise FormatError(file, f"the plug-in of {ending} gave a {type(task).__name__}, not a Task")
-        return task
     if ending in _PARSED:
         return _PARSED[ending](content, file)
     from ovita.io.mission_files import looks_like_wpl, parse_plan, parse_wpl
@@ -179,6 +171,19 @@ def _load(path: str | os.PathLike[str], choices: Choices) -> Task:
     if not looks_like_tum(content):
         raise FormatError(file, "this is neither TUM text (time x y z qx qy qz qw) nor a QGC WPL 110 mission")
     return parse_tum(content, file)
+
+
+def _read_by_a_plugin(path: str | os.PathLike[str], ending: str, file: str) -> Task:
+    with errors_of(path):
+        parse = _of_a_plugin(ending, "parse")
+    if parse is None:
+        raise _unknown_suffix(path, "reads")
+    content = read_text(path)
+    with errors_of(file):
+        task = parse(content, file)
+    if not isinstance(task, Task):
+        raise FormatError(file, f"the plug-in of {ending} gave a {type(task).__name__}, not a Task")
+    return task
 
 
 def open_task(place: str, *, scene_file: str | None = None, frame: str | None = None, choices: Choices = NONE) -> Task:
@@ -354,15 +359,15 @@ def rendered(
             from ovita.io import mission_files
 
             return mission_files.dumps(file, trajectory, scene, choices, verdict, plan=ending == ".plan")
-        if ending not in WRITTEN:
-            dumps = _of_a_plugin(ending, "dumps")
-            if dumps is None:
-                raise _unknown_suffix(path, "writes")
-            content = dumps(trajectory, scene)
-            if not isinstance(content, str | bytes):
-                raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
-            return content, ()
-        return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
+        if ending in WRITTEN:
+            return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
+        dumps = _of_a_plugin(ending, "dumps")
+        if dumps is None:
+            raise _unknown_suffix(path, "writes")
+        content = dumps(trajectory, scene)
+        if not isinstance(content, str | bytes):
+            raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
+        return content, ()
 
 
 def _table(

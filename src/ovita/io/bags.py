@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra, OvitaError, RequestError, TrajectoryError
+from ovita.errors import FormatError, OvitaError, RequestError, TrajectoryError, needs
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix, system_errors
 from ovita.io.geodesy import MISSION, ROS, on_earth
@@ -149,8 +149,7 @@ def message_of(
     trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
 ) -> tuple[str, Kind, Any, tuple[str, ...]]:
     """Topic, kind and message for a trajectory, and notes on what is lost."""
-    kept = scene.extra.get(ROS)
-    kept = kept if isinstance(kept, Mapping) else {}
+    kept = _kept(scene)
     topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
     topic = topic if topic.startswith("/") else f"/{topic}"
     kind: Kind = choices.kind or _KINDS.get(str(kept.get("type")), "path")
@@ -163,6 +162,12 @@ def message_of(
     said = f"written as {TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
     objects = ("a ROS message holds no objects and no instruction",) if len(scene) else ()
     return topic, kind, message, (said, *notes, *objects)
+
+
+def _kept(scene: Scene) -> Mapping[str, Any]:
+    """What a scene keeps of the ROS message that a trajectory came from."""
+    kept = scene.extra.get(ROS)
+    return kept if isinstance(kept, Mapping) else {}
 
 
 def dumps(
@@ -178,8 +183,7 @@ def _messages(
 ) -> tuple[list[TopicMessage], tuple[str, ...]]:
     """The messages of a bag, stamped as the one that the trajectory came from, else with the time of writing."""
     maker = bag_maker(ros1=suffix(path) == ".bag")
-    kept = scene.extra.get(ROS)
-    at = kept.get("stamp") if isinstance(kept, Mapping) else None
+    at = _kept(scene).get("stamp")
     at = at if isinstance(at, int) and at > 0 else time.time_ns()
     topic, kind, message, notes = message_of(trajectory, scene, choices, maker, start=at)
     said = [text_message(maker, VERDICT_TOPIC, verdict, at)] if verdict else []
@@ -253,24 +257,21 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
     with opened(path) as bag:
         types = {c.topic: c.msgtype for c in bag.connections}
         topic, name = _topic(types, choices.topic, tiers, file)
-        raw = _raw(bag, topic, name)
-        notes: tuple[str, ...] = ()
+        raw, notes = _raw(bag, topic, name), bag.rescued
         if name in (*RECORDED, JOINT_STATE):
             _index(bag, raw, topic, name, 0, file)
             if choices.message is not None:
-                raise FormatError(
-                    file, f"{topic} is a recording of {len(raw)} messages, read as one path; leave --message out"
-                )
-            extra = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
-            raw = [pair for t in extra if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
+                problem = f"{topic} is a recording of {len(raw)} messages, read as one path; leave --message out"
+                raise FormatError(file, problem)
+            fixed = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
+            raw = [pair for t in fixed if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
         else:
-            several = len(raw) if choices.message is None and len(raw) > 1 else 0
+            if choices.message is None and len(raw) > 1:
+                notes += (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",)
             raw = [raw[_index(bag, raw, topic, name, choices.message, file)]]
-            notes = (f"{topic} holds {several} messages; read the last (--message picks another)",) if several else ()
         samples = tuple(StampedMessage(at, bag.deserialize(data, name)) for at, data in raw)
-        verdicts = [bag.deserialize(data, STRING).data for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
-        notes = (*bag.rescued, *notes)
-    return BagTopic(topic, name, samples, notes, str(verdicts[0]) if verdicts else "")
+        verdicts = [str(bag.deserialize(data, STRING).data) for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
+    return BagTopic(topic, name, samples, notes, next(iter(verdicts), ""))
 
 
 @contextmanager
@@ -336,26 +337,29 @@ def bag_maker(ros1: bool = False) -> Maker:
 
 
 def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequence[str]], file: str) -> tuple[str, str]:
+    """The chosen topic with its type, or the only one of the first of these types that there is."""
     what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
     if not topics:
         raise FormatError(file, "holds no topics; it may have been cut off before its first message")
-    known = [name for names in tiers for name in names]
-    fits = {topic: name for topic, name in topics.items() if name in known and not topic.endswith("tf_static")}
-    fitting = listed_names(f"{topic} ({name})" for topic, name in fits.items())
+    rank = {name: i for i, names in enumerate(tiers) for name in names}
+    fits = {topic: name for topic, name in topics.items() if name in rank and not topic.endswith("tf_static")}
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topics.get(topic) in known:
+        if topics.get(topic) in rank:
             return topic, topics[topic]
         is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
-        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {fitting}")
-    for names in tiers:
-        first = {topic: name for topic, name in fits.items() if name in names}
-        if len(first) == 1:
-            return next(iter(first.items()))
-        if first:
-            raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {fitting}")
-    there = listed_names(f"{topic} ({name})" for topic, name in topics.items())
-    raise FormatError(file, f"no topic holds {what}; its topics are {there}")
+        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
+    if not fits:
+        raise FormatError(file, f"no topic holds {what}; its topics are {_listed(topics)}")
+    best = min(rank[name] for name in fits.values())
+    first = [(topic, name) for topic, name in fits.items() if rank[name] == best]
+    if len(first) > 1:
+        raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {_listed(fits)}")
+    return first[0]
+
+
+def _listed(topics: Mapping[str, str]) -> str:
+    return listed_names(f"{topic} ({name})" for topic, name in topics.items())
 
 
 def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[Trajectory, str]:
@@ -367,10 +371,8 @@ def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[T
 
 
 def _import(name: str) -> Any:
-    try:
+    with needs("rosbags", "ros"):
         return import_module(name)
-    except ImportError:
-        raise MissingExtra("rosbags", "ros") from None
 
 
 @contextmanager

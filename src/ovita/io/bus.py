@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ovita.errors import LinkError, MissingExtra
+from ovita.errors import LinkError, needs
 from ovita.io.links import Address
 from ovita.io.messages import Maker, typestore
 
@@ -153,12 +153,11 @@ def idl_type(name: str) -> Any:
     Raises:
         LinkError: If there is no definition of it.
     """
-    try:
-        from cyclonedds.idl import annotations, make_idl_struct, types
-        from rosbags.interfaces import Nodetype
-    except ImportError as error:
-        raise MissingExtra((error.name or "cyclonedds").partition(".")[0], "ros") from None
     definitions = typestore().fielddefs
+    with needs("cyclonedds", "ros"):
+        from cyclonedds.idl import annotations, make_idl_struct, types
+    from rosbags.interfaces import Nodetype
+
     if name not in definitions:
         raise LinkError(
             f"messages of type {name} are not known here; set up ROS 2 in this shell, so that rclpy is used"
@@ -198,12 +197,10 @@ def _qos(way: Way, depth: int) -> Any:
 @contextmanager
 def dds_bus(address: Address) -> Iterator[Bus]:
     """The bus over DDS, restricted to this machine if the address asks for that."""
-    try:
+    with needs("cyclonedds", "ros"):
         import_module("cyclonedds")
         from cyclonedds.core import DDSException
         from cyclonedds.domain import Domain, DomainParticipant
-    except ImportError:
-        raise MissingExtra("cyclonedds", "ros") from None
     own = "" if address.local else os.environ.get("CYCLONEDDS_URI", "")
     more = f"<CycloneDDS><Domain>{_LOOPBACK if address.local else ''}{_COMPATIBLE}</Domain></CycloneDDS>"
     try:

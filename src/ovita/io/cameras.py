@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ovita.errors import FormatError, MissingExtra
+from ovita.errors import FormatError, needs
 from ovita.io.clouds import PointCloud, of_columns
 from ovita.io.documents import brief, listing
 from ovita.io.messages import stamp_ns
@@ -113,10 +113,8 @@ def decode_picture(data: bytes, where: str) -> Any:
         FormatError: If it is none, is damaged, or is too large.
         MissingExtra: Without pillow.
     """
-    try:
+    with needs("pillow", "perceive"):
         from PIL import Image
-    except ImportError:
-        raise MissingExtra("pillow", "perceive") from None
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if max(image.size) > MAX_EDGE:

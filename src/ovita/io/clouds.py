@@ -199,14 +199,14 @@ def _ply(data: bytes, file: str) -> PointCloud:
 
 def _vertices(lines: Sequence[list[str]], file: str) -> tuple[int, list[list[str]]]:
     """How many points a PLY header announces, and the lines of their properties."""
-    elements = [i for i, line in enumerate(lines) if line[0] == "element"]
-    if not elements or lines[elements[0]][1:2] != ["vertex"] or len(lines[elements[0]]) < 3:
+    first, until, *_ = [*(i for i, line in enumerate(lines) if line[0] == "element"), len(lines), len(lines)]
+    vertex = lines[first] if first < len(lines) else []
+    if vertex[1:2] != ["vertex"] or len(vertex) < 3:
         raise FormatError(file, "its first element must be vertex, with the number of points")
-    until = elements[1] if len(elements) > 1 else len(lines)
-    properties = [line for line in lines[elements[0] : until] if line[0] == "property"]
+    properties = [line for line in lines[first:until] if line[0] == "property"]
     if any(len(line) != 3 or line[1] not in _PLY_TYPES for line in properties):
         raise FormatError(file, "a property of its points is a list or of an unknown type")
-    return _count(lines[elements[0]][2], file), properties
+    return _count(vertex[2], file), properties
 
 
 def _pcd(data: bytes, file: str) -> PointCloud:
@@ -215,14 +215,10 @@ def _pcd(data: bytes, file: str) -> PointCloud:
     body, form = data[start:], (header["DATA"] or [""])[0]
     kind, total = _fields(header, file), _count((header.get("POINTS") or [""])[0], file)
     notes = _viewpoint(header.get("VIEWPOINT", []))
-    match form:
-        case "ascii":
-            return of_columns(_ascii_fields(body, kind, total, file), file, notes)
-        case "binary":
-            return of_columns(_table(body, kind, total, file), file, notes)
-        case "binary_compressed":
-            return of_columns(_compressed(body, kind, total, file), file, notes)
-    raise FormatError(file, f"the PCD format {form[:30]!r} is unknown; save it as binary")
+    read = {"ascii": _ascii_fields, "binary": _table, "binary_compressed": _compressed}.get(form)
+    if read is None:
+        raise FormatError(file, f"the PCD format {form[:30]!r} is unknown; save it as binary")
+    return of_columns(read(body, kind, total, file), file, notes)
 
 
 def _fields(header: Mapping[str, list[str]], file: str) -> np.dtype[Any]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from ovita.errors import FormatError, LinkError, MissingExtra
+from ovita.errors import FormatError, LinkError, needs
 from ovita.io import bags
 from ovita.io.bus import message_class, ros_node, wait
 from ovita.io.documents import number_problem
@@ -189,11 +189,9 @@ def _document(place: str) -> Any:
             return json.loads(text)
         except ValueError as error:
             raise FormatError(file_name(place), f"this is not JSON ({error}); YAML ends in .yaml") from None
-    try:
+    with needs("ruamel.yaml", "ros"):
         from ruamel.yaml import YAML
         from ruamel.yaml.error import YAMLError
-    except ImportError:
-        raise MissingExtra("ruamel.yaml", "ros") from None
     try:
         return next(iter(YAML(typ="safe").load_all(text)), None)
     except YAMLError as error:

@@ -82,26 +82,25 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any:
 
 def plain(value: Any) -> Any:
     """A copy of a value in lists, dicts and scalars that JSON knows: tuples, arrays and dataclasses are taken apart."""
-    if value is None or isinstance(value, str | bool):
+    if value is None or isinstance(value, str | bool | Table):
         return value
     if isinstance(value, int | float):
         return float(value) if isinstance(value, float) else int(value)
-    if isinstance(value, Table):
-        return value
     if isinstance(value, Mapping):
-        for key in value:
-            if not isinstance(key, str):
-                raise TypeError(f"the key {show(key)} is not text")
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list) and is_table(value):
-        return [row[:] for row in value]
+        return {_text(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
+        return [row[:] for row in value] if is_table(value) else [plain(item) for item in value]
     if is_dataclass(value) and not isinstance(value, type):
         return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
     if hasattr(value, "tolist"):
         return plain(value.tolist())
     raise TypeError(f"a {type(value).__name__} cannot be written to JSON")
+
+
+def _text(key: object) -> str:
+    if not isinstance(key, str):
+        raise TypeError(f"the key {show(key)} is not text")
+    return str(key)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def _rows_text(rows: NDArray[np.float64]) -> str:
     return f"[{text}]"
 
 
-def is_table(value: list[Any]) -> bool:
+def is_table(value: Sequence[Any]) -> bool:
     """Whether a list is of lists of floats and of nothing else, as waypoints are: they are written at once."""
     return set(map(type, value)) == {list} and set(map(type, chain.from_iterable(value))) == {float}
 
@@ -469,26 +468,26 @@ def _sentence(error: ErrorDetails) -> str:
     return f"is {show(value)}, {expected}" if expected else error["msg"][:1].lower() + error["msg"][1:]
 
 
+_EXPECTED = {
+    "float_type": "not a number",
+    "float_parsing": "not a number",
+    "finite_number": "not a finite number",
+    "string_type": "expected text",
+    "bool_type": "expected true or false",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "list_type": "expected a list",
+    "tuple_type": "expected a list",
+    "greater_than_equal": "expected a number >= {ge}",
+    "greater_than": "expected a number > {gt}",
+    "literal_error": "expected {expected}",
+}
+
+
 def _expected(kind: str, ctx: Mapping[str, Any]) -> str:
     """What pydantic wanted in place of a value, or "" if that takes its own words."""
-    if kind in ("float_type", "float_parsing"):
-        return "not a number"
-    if kind == "finite_number":
-        return "not a finite number"
-    expected = {
-        "string_type": "text",
-        "bool_type": "true or false",
-        "int_type": "a whole number",
-        "int_from_float": "a whole number",
-        "list_type": "a list",
-        "tuple_type": "a list",
-        "greater_than_equal": f"a number >= {ctx.get('ge')}",
-        "greater_than": f"a number > {ctx.get('gt')}",
-        "literal_error": ctx.get("expected"),
-    }.get(kind)
-    if expected is None and kind.split("_")[0] in ("dict", "model", "dataclass", "mapping"):
-        expected = "an object"
-    return f"expected {expected}" if expected else ""
+    an_object = kind.split("_")[0] in ("dict", "model", "dataclass", "mapping")
+    return _EXPECTED.get(kind, "expected an object" if an_object else "").format_map(ctx)
 
 
 def _frame(name: str) -> Frame:

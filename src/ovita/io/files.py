@@ -57,7 +57,7 @@ def make_folder(path: str | os.PathLike[str], remedy: str = "", mode: int = 0o77
     try:
         Path(path).mkdir(parents=True, exist_ok=True, mode=mode)
     except OSError as error:
-        raise FormatError(file_name(path), f"cannot be made a folder: {_reason(error)}{remedy}") from None
+        raise FormatError(file_name(path), f"cannot be made a folder: {reason(error)}{remedy}") from None
     return Path(path)
 
 
@@ -69,7 +69,7 @@ def examine(path: str | os.PathLike[str]) -> None:
     except FileNotFoundError:
         raise FormatError(file, "there is no such file") from None
     except (OSError, ValueError) as error:
-        raise FormatError(file, f"cannot be opened: {_reason(error)}") from None
+        raise FormatError(file, f"cannot be opened: {reason(error)}") from None
     if stat.S_ISDIR(status.st_mode):
         raise FormatError(file, "this is a folder; name a file in it")
     if not stat.S_ISREG(status.st_mode):
@@ -87,7 +87,7 @@ def read_text(path: str | os.PathLike[str]) -> str:
     except PermissionError:
         raise FormatError(file, "no permission to read this file; change its access rights") from None
     except (OSError, MemoryError) as error:
-        raise FormatError(file, f"cannot be read: {_reason(error)}") from None
+        raise FormatError(file, f"cannot be read: {reason(error)}") from None
     _check_size(file, len(data))
     return decode(data, file)
 
@@ -134,7 +134,7 @@ def atomic_write(path: str | os.PathLike[str], data: str | bytes) -> None:
     except PermissionError:
         raise FormatError(file, "no permission to write here; choose another folder") from None
     except (OSError, ValueError) as error:
-        raise FormatError(file, f"cannot be written: {_reason(error)}") from None
+        raise FormatError(file, f"cannot be written: {reason(error)}") from None
 
 
 @contextlib.contextmanager
@@ -154,7 +154,7 @@ def system_errors(path: str | os.PathLike[str], done: str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise FormatError(file_name(path), f"cannot be {done}: {_reason(error)}") from None
+        raise FormatError(file_name(path), f"cannot be {done}: {reason(error)}") from None
 
 
 def suffix(path: str | os.PathLike[str]) -> str:
@@ -208,7 +208,8 @@ def _replace(target: str, content: bytes, mode: int | None) -> None:
             os.close(handle)
 
 
-def _reason(error: BaseException) -> str:
+def reason(error: BaseException) -> str:
+    """What the operating system says, as a part of a sentence."""
     text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return text[:1].lower() + text[1:] if text else type(error).__name__
 

@@ -68,26 +68,21 @@ def _task(document: Mapping[str, Any], file: str) -> Task:
     check_values(others, file)
     trajectory, notes = _trajectory(document, "trajectory", file)
     carried = {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
-    with errors_of(file):
-        scene = scene_from_dict(_only(others, SCENE_KEYS) | carried)
+    scene = _scene(_only(others, SCENE_KEYS) | carried, file)
     kept = {k: v for k, v in others.items() if k not in TASK_KEYS}
-    robot, verdict = others.get("robot"), kept.get(VERDICT)
-    named = isinstance(robot, str) and bool(robot.strip())
-    if named:
+    robot, remarks = _named(others.get("robot"))
+    if robot is not None:
         del kept["robot"]
-    elif robot is not None:
-        notes += (f"robot is {show(robot)}, which names no robot; no limits of a robot are enforced",)
-    if isinstance(verdict, str):
-        del kept[VERDICT]
+    verdict = kept.pop(VERDICT) if isinstance(kept.get(VERDICT), str) else ""
     return Task(
         trajectory,
         scene,
         _instruction(others, file),
         kept,
-        robot=robot if named else None,
-        notes=notes,
-        fixed_frame=any(key in scene.extra for key in _CARRIED),
-        verdict=verdict if isinstance(verdict, str) else "",
+        robot=robot,
+        notes=notes + remarks,
+        fixed_frame=_fixes_axes(scene),
+        verdict=verdict,
     )
 
 
@@ -95,8 +90,7 @@ def _adaptation(document: Mapping[str, Any], file: str) -> Task:
     check_schema(document, file)
     check_values(_only(document, ("scene", "instruction", "timestep", "robot")), file)
     trajectory, notes = _trajectory(document, "adapted", file)
-    with errors_of(file):
-        scene = scene_from_dict(_scene_part(document, file))
+    scene = _scene(_scene_part(document, file), file)
     robot, remarks = _robot_of_adaptation(document.get("robot"))
     status = document.get("status")
     return Task(
@@ -105,7 +99,7 @@ def _adaptation(document: Mapping[str, Any], file: str) -> Task:
         _instruction(document, file),
         robot=robot if robot and robot.strip() else None,
         notes=notes + remarks,
-        fixed_frame=any(key in scene.extra for key in _CARRIED),
+        fixed_frame=_fixes_axes(scene),
         verdict=f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else "",
     )
 
@@ -116,9 +110,7 @@ def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
     if is_adaptation(document):
         document = dict(_scene_part(document, file))
     check_values({key: value for key, value in document.items() if key != "trajectory"}, file)
-    with errors_of(file):
-        scene = scene_from_dict(_only(document, SCENE_KEYS))
-    return scene, document.get("frame") is not None
+    return _scene(_only(document, SCENE_KEYS), file), document.get("frame") is not None
 
 
 def parse_bare(content: str, file: str) -> tuple[Scene, str | None, str] | None:
@@ -131,10 +123,8 @@ def parse_bare(content: str, file: str) -> tuple[Scene, str | None, str] | None:
     if is_adaptation(document) or "trajectory" in document or not (isinstance(objects, list) and objects):
         return None
     check_values(document, file)
-    with errors_of(file):
-        scene = scene_from_dict(_only(document, SCENE_KEYS))
-    robot = document.get("robot")
-    return scene, robot if isinstance(robot, str) and robot.strip() else None, _instruction(document, file)
+    scene = _scene(_only(document, SCENE_KEYS), file)
+    return scene, _named(document.get("robot"))[0], _instruction(document, file)
 
 
 def document_of(
@@ -254,6 +244,22 @@ def _is_carried(document: Mapping[str, Any], key: str) -> bool:
     return isinstance(value, dict) and _CARRIED[key] in value
 
 
+def _fixes_axes(scene: Scene) -> bool:
+    return any(key in scene.extra for key in _CARRIED)
+
+
+def _scene(document: Mapping[str, Any], file: str) -> Scene:
+    with errors_of(file):
+        return scene_from_dict(document)
+
+
+def _named(robot: object) -> tuple[str | None, tuple[str, ...]]:
+    """The robot's name in a file, or None and a note where what stands there is none."""
+    if robot is None or (isinstance(robot, str) and robot.strip()):
+        return robot, ()
+    return None, (f"robot is {show(robot)}, which names no robot; no limits of a robot are enforced",)
+
+
 def _scene_part(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
     scene = document.get("scene")
     if not isinstance(scene, (dict, type(None))):
@@ -302,24 +308,32 @@ def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
 def _layout(value: Any, indent: str) -> str:
     if isinstance(value, Table):
         return _lines(value.text, indent)
-    if not isinstance(value, (list, dict)) or not value or _is_flat(value):
+    if not value or _is_flat(value):
         return _compact(value)
-    if isinstance(value, dict) and indent and len(value) <= 12 and all(map(_is_flat, value.values())):
-        line = _compact(value)
-        if len(line) <= _LINE:
-            return line
     deeper = indent + " "
-    if isinstance(value, list) and is_table(value):
+    if isinstance(value, dict):
+        return _short(value, indent) or _block(
+            "{}", [f"{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items()], indent
+        )
+    if is_table(value):
         return _lines(_compact(value), indent)
-    if isinstance(value, list):
-        return "[\n" + ",\n".join(deeper + _layout(item, deeper) for item in value) + f"\n{indent}]"
-    lines = (f"{deeper}{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())
-    return "{\n" + ",\n".join(lines) + f"\n{indent}}}"
+    return _block("[]", [_layout(item, deeper) for item in value], indent)
+
+
+def _short(value: dict[str, Any], indent: str) -> str:
+    """A small object inside another as one line; "" where it is too long."""
+    small = bool(indent) and len(value) <= 12 and all(map(_is_flat, value.values()))
+    line = _compact(value) if small else ""
+    return line if len(line) <= _LINE else ""
+
+
+def _block(brackets: str, lines: list[str], indent: str) -> str:
+    return f"{brackets[0]}\n{indent} " + f",\n{indent} ".join(lines) + f"\n{indent}{brackets[1]}"
 
 
 def _lines(table: str, indent: str) -> str:
     """The text of a table with a row a line."""
-    return f"[\n{indent} " + table[1:-1].replace("], [", f"],\n{indent} [") + f"\n{indent}]"
+    return _block("[]", [table[1:-1].replace("], [", f"],\n{indent} [")], indent)
 
 
 def _is_flat(value: Any) -> bool:

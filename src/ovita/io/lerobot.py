@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra
+from ovita.errors import FormatError, needs
 from ovita.io.documents import Task, listing, scene_from_dict, validated
 from ovita.io.files import DATA_SET_INFO, errors_of, examine, file_name, read_text
 from ovita.io.json_ import parse_object
@@ -106,21 +106,23 @@ def _info(folder: str | os.PathLike[str]) -> dict[str, Any]:
 
 def _instructions(folder: str | os.PathLike[str], table: Any) -> list[str]:
     """What was to be done, by row of a table of frames; empty where the data set does not say."""
-    if "task_index" not in table.column_names:
-        return []
+    known = _tasks(folder) if "task_index" in table.column_names else {}
+    return [known.get(index, "") for index in table["task_index"].to_pylist()] if known else []
+
+
+def _tasks(folder: str | os.PathLike[str]) -> dict[Any, str]:
+    """What is to be done, by its number; empty where the data set does not say."""
     path, lines = Path(folder, "meta", "tasks.parquet"), Path(folder, "meta", "tasks.jsonl")
     if path.is_file():
         tasks = _parquet(path, None)
         named = next((name for name in ("task", "__index_level_0__") if name in tasks.column_names), None)
         if named is None or "task_index" not in tasks.column_names:
-            return []
-        known = dict(zip(tasks["task_index"].to_pylist(), map(str, tasks[named].to_pylist()), strict=True))
-    elif lines.is_file():
-        parsed = [parse_object(line, file_name(lines)) for line in read_text(lines).splitlines() if line.strip()]
-        known = {one.get("task_index"): str(one.get("task") or "") for one in parsed}
-    else:
-        return []
-    return [known.get(index, "") for index in table["task_index"].to_pylist()]
+            return {}
+        return dict(zip(tasks["task_index"].to_pylist(), map(str, tasks[named].to_pylist()), strict=True))
+    if not lines.is_file():
+        return {}
+    parsed = [parse_object(line, file_name(lines)) for line in read_text(lines).splitlines() if line.strip()]
+    return {one.get("task_index"): str(one.get("task") or "") for one in parsed}
 
 
 def _surroundings(folder: str | os.PathLike[str], only: int | None) -> dict[int, tuple[Scene, str | None]]:
@@ -140,7 +142,8 @@ def _feature(folder: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
     file, document = file_name(os.path.join(folder, *DATA_SET_INFO)), _info(folder)
     features = validated(dict[str, dict[str, Any]], document.get("features"), file, "features")
     named = {name: _names(feature.get("names")) for name, feature in features.items()}
-    order = sorted(named, key=lambda name: (name not in _FIRST, _FIRST.index(name) if name in _FIRST else 0, name))
+    order = [name for name in _FIRST if name in named]
+    order += sorted(named.keys() - _FIRST)
     for name in order:
         short = _shortened(named[name])
         if set(_XYZ) <= set(short):
@@ -208,10 +211,8 @@ def _parquet(path: Path, columns: list[str] | None, only: int | None = None) -> 
 
 
 def _arrow() -> Any:
-    try:
+    with needs("pyarrow", "lerobot"):
         import pyarrow
-    except ImportError:
-        raise MissingExtra("pyarrow", "lerobot") from None
     return pyarrow
 
 

@@ -23,10 +23,15 @@ from ovita.io.messages import JointMotion
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.text import listed
 
 _OPTIONS: Mapping[str, tuple[str, ...]] = {
     "ros2": ("domain", "type", "frame_id", "local", "timeout", "for"),
     "mavlink": ("type", "rate", "end", "timeout"),
+}
+_VALUES: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "ros2": {"type": ("path", "poses", "multidof")},
+    "mavlink": {"type": ("mission", "setpoints"), "end": ("hold", "land")},
 }
 _TOPIC = re.compile(r"/[A-Za-z_~{][A-Za-z0-9_/~{}]*")
 _DOMAINS = 232
@@ -59,17 +64,13 @@ class Address:
         unknown = [key for key in self.options if key not in _OPTIONS[self.bus]]
         if unknown:
             raise RequestError(f"{self}: unknown option {unknown[0]!r}; known are {listing(_OPTIONS[self.bus])}")
-        if self.bus == "ros2":
-            if not _TOPIC.fullmatch(self.target) or self.target.endswith("/") or "//" in self.target:
-                raise RequestError(f"{self}: {self.target!r} is no topic; write it as ros2:/name")
-            if self.options.get("type", "path") not in ("path", "poses", "multidof"):
-                raise RequestError(f"{self}: the type is path, poses or multidof")
-            _ = self.domain
-        else:
-            for key, known in (("type", ("mission", "setpoints")), ("end", ("hold", "land"))):
-                if self.options.get(key, known[0]) not in known:
-                    raise RequestError(f"{self}: the {key} is {' or '.join(known)}")
-            _ = self.endpoint, self.rate
+        on_ros = self.bus == "ros2"
+        if on_ros and (not _TOPIC.fullmatch(self.target) or self.target.endswith("/") or "//" in self.target):
+            raise RequestError(f"{self}: {self.target!r} is no topic; write it as ros2:/name")
+        for key, known in _VALUES[self.bus].items():
+            if self.options.get(key, known[0]) not in known:
+                raise RequestError(f"{self}: the {key} is {listed(known, 'or')}")
+        _ = self.domain if on_ros else (self.endpoint, self.rate)
         _ = self.timeout, self.recording
 
     @classmethod

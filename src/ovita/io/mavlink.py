@@ -18,9 +18,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ovita.errors import LinkError, MissingExtra
+from ovita.errors import LinkError, needs
 from ovita.io.documents import NONE, Choices, Task, listing
-from ovita.io.files import errors_of
+from ovita.io.files import errors_of, reason
 from ovita.io.geodesy import Home
 from ovita.io.links import Address
 from ovita.io.mission_checks import remarks
@@ -316,7 +316,7 @@ class Vehicle:
             )[0]
             link = socket.socket(family, kind)
         except OSError as error:
-            raise LinkError(f"{self.address}: there is no host {host!r} ({_reason(error)})") from None
+            raise LinkError(f"{self.address}: there is no host {host!r} ({reason(error)})") from None
         try:
             if way == "tcp":
                 link.settimeout(self.address.timeout)
@@ -328,7 +328,7 @@ class Vehicle:
         except OSError as error:
             link.close()
             what = "connected to" if way == "tcp" else "opened"
-            raise LinkError(f"{self.address}: {host}:{port} cannot be {what}: {_reason(error)}") from None
+            raise LinkError(f"{self.address}: {host}:{port} cannot be {what}: {reason(error)}") from None
         return link
 
     def _send(self, data: bytes) -> None:
@@ -341,7 +341,7 @@ class Vehicle:
             # A datagram that nobody took says so at the next one; whoever is late may still come.
             return
         except OSError as error:
-            raise LinkError(f"{self.address}: the connection broke: {_reason(error)}") from None
+            raise LinkError(f"{self.address}: the connection broke: {reason(error)}") from None
 
     def _receive(self, timeout: float) -> None:
         self._socket.settimeout(timeout)
@@ -350,7 +350,7 @@ class Vehicle:
         except (TimeoutError, ConnectionRefusedError):
             return
         except OSError as error:
-            raise LinkError(f"{self.address}: the connection broke: {_reason(error)}") from None
+            raise LinkError(f"{self.address}: the connection broke: {reason(error)}") from None
         if self._socket.type == socket.SOCK_STREAM:
             if not data:
                 raise LinkError(f"{self.address}: the other side closed the connection")
@@ -380,13 +380,6 @@ def vehicle_at(address: Address) -> Iterator[Vehicle]:
 
 
 def _dialect() -> Any:
-    try:
+    with needs("pymavlink", "mavlink"):
         from pymavlink.dialects.v20 import common
-    except ImportError:
-        raise MissingExtra("pymavlink", "mavlink") from None
     return common
-
-
-def _reason(error: OSError) -> str:
-    text = error.strerror or str(error) or type(error).__name__
-    return text[:1].lower() + text[1:]

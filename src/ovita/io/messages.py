@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.errors import MissingExtra, TrajectoryError
+from ovita.errors import TrajectoryError, needs
 from ovita.io.documents import Kind, brief, listing
-from ovita.io.waypoints import from_columns, speeds_from_times, timed
+from ovita.io.waypoints import from_columns, pose_columns, speeds_from_times, timed, turns_of
 from ovita.paths.scene import Frame
 from ovita.paths.trajectory import Array, Trajectory, first_bad
 
@@ -120,10 +120,8 @@ def typestore(ros1: bool = False) -> Any:
     Raises:
         MissingExtra: If rosbags is not installed.
     """
-    try:
+    with needs("rosbags", "ros"):
         typesys = import_module("rosbags.typesys")
-    except ImportError:
-        raise MissingExtra("rosbags", "ros") from None
     store = typesys.get_typestore(typesys.Stores.ROS1_NOETIC if ros1 else typesys.Stores.ROS2_HUMBLE)
     for name, text in MOVEIT.items():
         store.register(typesys.get_types_from_msg(text, name))
@@ -168,10 +166,8 @@ def build(
     times = np.zeros(len(trajectory))
     if kind != "poses":
         trajectory, times, notes = timed(trajectory)
-    turns = trajectory.orientations
-    if turns is None:
-        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1))
-        notes += ("there are no orientations; every pose got the identity",)
+    turns, own = turns_of(trajectory)
+    notes += () if own else ("there are no orientations; every pose got the identity",)
     stamps = [round(t * 1e9) for t in times.tolist()]
     header = maker.header(frame_id, start)
     if kind == "multidof":
@@ -198,16 +194,22 @@ def parse(kind: Kind, message: Any) -> tuple[Trajectory, str, str, tuple[str, ..
     columns: dict[str, Array] = {}
     notes: tuple[str, ...] = ()
     if kind == "path":
-        for i, stamped in enumerate(poses):
-            own = str(stamped.header.frame_id)
-            if own and own != (frame_id or own):
-                problem = f"is in the frame {brief(own)!r}, the path in {brief(frame_id)!r}; transform it to one frame"
-                raise TrajectoryError(problem, key="poses", index=i)
-            frame_id = frame_id or own
+        frame_id = _one_frame(frame_id, poses)
         columns, notes = _times([stamp_ns(p.header.stamp) for p in poses])
         poses = [stamped.pose for stamped in poses]
     built, said = _built([p.position for p in poses], [p.orientation for p in poses], columns, "poses")
     return built, frame_id, "", notes + said
+
+
+def _one_frame(frame_id: str, poses: Sequence[Any]) -> str:
+    """The frame of a path and of all its stamped poses."""
+    for i, stamped in enumerate(poses):
+        own = str(stamped.header.frame_id)
+        if own and own != (frame_id or own):
+            problem = f"is in the frame {brief(own)!r}, the path in {brief(frame_id)!r}; transform it to one frame"
+            raise TrajectoryError(problem, key="poses", index=i)
+        frame_id = frame_id or own
+    return frame_id
 
 
 def _points(trajectory: Trajectory, turns: Array, stamps: list[int], maker: Maker) -> list[Any]:
@@ -240,10 +242,10 @@ def _velocities(trajectory: Trajectory) -> Array:
 
 
 def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
-    points = list(message.points)
+    points, names = list(message.points), list(map(str, message.joint_names))
     for i, point in enumerate(points):
         if len(point.transforms) != 1:
-            what = f"moves {len(point.transforms)} bodies ({listing(map(str, message.joint_names))})"
+            what = f"moves {len(point.transforms)} bodies ({listing(names)})"
             raise TrajectoryError(f"{what}; a path is the motion of one", key="points", index=i)
     columns, notes = _times([stamp_ns(p.time_from_start) for p in points])
     times = None
@@ -256,7 +258,7 @@ def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
     if times is not None and built.duration > 0:
         built, more = _with_dwell(built, times)
         said += more
-    return built, next((str(name) for name in message.joint_names), ""), notes + said
+    return built, names[0] if names else "", notes + said
 
 
 def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple[str, ...]]:
@@ -285,14 +287,11 @@ def _built(
 ) -> tuple[Trajectory, tuple[str, ...]]:
     positions = np.array([[p.x, p.y, p.z] for p in places], dtype=float).reshape(-1, 3)
     rotations = np.array([[q.w, q.x, q.y, q.z] for q in turns], dtype=float).reshape(-1, 4)
-    table = dict(zip(("x", "y", "z"), positions.T, strict=True)) | columns
-    unset = bool(len(rotations)) and bool((rotations == 0).all() or (rotations == (1.0, 0.0, 0.0, 0.0)).all())
-    if not unset:
-        table |= dict(zip(("qw", "qx", "qy", "qz"), rotations.T, strict=True))
-    built, notes = from_columns(table, key=key, timestep=None)
-    if len(rotations) and (rotations == 0).all():
-        notes += ("every quaternion has length zero, so the orientations were left out",)
-    return built, notes
+    zero = bool(len(rotations)) and not rotations.any()
+    unset = zero or (bool(len(rotations)) and bool((rotations == (1.0, 0.0, 0.0, 0.0)).all()))
+    built, notes = from_columns(pose_columns(positions, None if unset else rotations) | columns, key=key, timestep=None)
+    left_out = ("every quaternion has length zero, so the orientations were left out",)
+    return built, notes + left_out if zero else notes
 
 
 def stamp_ns(stamp: Any) -> int:

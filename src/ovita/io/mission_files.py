@@ -115,28 +115,25 @@ def _plan_item(item: object, i: int, file: str) -> Item:
 
 def _item_dict(item: Item, jump: int) -> dict[str, Any]:
     """The item as the plan has it, with the parameters of the mission."""
-    if item.command < 0:
-        return dict(item.raw or {})
-    document: dict[str, Any] = {
+    raw, params = dict(item.raw or {}), list(item.params)
+    if item.command < 0 or (raw.get("type") == "SimpleItem" and params == list(raw["params"])):
+        return raw
+    height = {_WITH_ALTITUDE: params[6], "AMSLAltAboveTerrain": None}
+    if raw.get("type") == "SimpleItem":
+        # Equal numbers stay as they were written, 0 rather than 0.0.
+        kept = [a if a == b else b for a, b in zip(raw["params"], params, strict=True)]
+        moved = _WITH_ALTITUDE in raw and raw["params"][6] != params[6]
+        return {**raw, **(height if moved else {}), "params": kept}
+    mode = {0: 2, 5: 2, 3: 1, 6: 1}.get(item.frame)
+    return {
         "type": "SimpleItem",
         "command": item.command,
         "frame": item.frame,
         "autoContinue": item.autocontinue,
         "doJumpId": jump,
+        **({} if mode is None else {**height, "AltitudeMode": mode}),
+        "params": params,
     }
-    raw = item.raw if (item.raw or {}).get("type") == "SimpleItem" else None
-    if raw is not None:
-        document = dict(raw)
-        if list(item.params) == list(raw["params"]):
-            return document
-        if _WITH_ALTITUDE in raw and raw["params"][6] != item.params[6]:
-            document |= {_WITH_ALTITUDE: item.params[6], "AMSLAltAboveTerrain": None}
-    elif item.frame in (0, 3, 5, 6):
-        mode = 1 if item.frame in (3, 6) else 2
-        document |= {_WITH_ALTITUDE: item.params[6], "AltitudeMode": mode, "AMSLAltAboveTerrain": None}
-    before = document.get("params", item.params)
-    # Equal numbers stay as they were written, 0 rather than 0.0.
-    return document | {"params": [a if a == b else b for a, b in zip(before, item.params, strict=True)]}
 
 
 MAGIC = "QGC WPL"
@@ -151,18 +148,22 @@ def parse_wpl(content: str, file: str, home: Home | None = None, heading: float 
     if " ".join(lines[0][0][:2]) != MAGIC or version[:1] not in [[v] for v in _VERSIONS]:
         raise FormatError(file, "the first line is not 'QGC WPL 110'; this is not a waypoint file that ovita reads")
     items = [_wpl_item(cells, line, file) for cells, line in lines[1:]]
-    listed = None
-    if items and items[0].command == WAYPOINT and items[0].frame == GLOBAL:
-        listed = items.pop(0)
-        place = [value for value in listed.params[4:] if value is not None]
-        with errors_of(file):
-            home = home or (Home(*place) if place[:2] != [0.0, 0.0] else None)
-    if home is None:
-        problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
-        raise FormatError(file, problem)
+    has_home = bool(items) and items[0].command == WAYPOINT and items[0].frame == GLOBAL
+    listed = items.pop(0) if has_home else None
     with errors_of(file):
+        home = home or _home_of(listed)
+        if home is None:
+            problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
+            raise FormatError(file, problem)
         about = replace(home, heading=heading)
         return task_of(Mission(about, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
+
+
+def _home_of(listed: Item | None) -> Home | None:
+    latitude, longitude, altitude = listed.params[4:] if listed else (None, None, None)
+    if latitude is None or longitude is None or latitude == longitude == 0.0:
+        return None
+    return Home(latitude, longitude, altitude)
 
 
 def dumps_wpl(mission: Mission) -> str:
@@ -188,13 +189,13 @@ def _wpl_item(cells: list[str], line: int, file: str) -> Item:
     values = [number for number in numbers if number is not None]
     if len(values) < _COLUMNS:
         raise FormatError(file, f"line {line}: {show(cells[numbers.index(None)])} is not a number")
-    whole = [values[k] for k in (0, 1, 2, 3, 11)]
-    if any(not math.isfinite(v) or v != int(v) for v in whole):
+    seq, _, frame, command, *params, autocontinue = values
+    if not all(values[k].is_integer() for k in (0, 1, 2, 3, 11)):
         raise FormatError(file, f"line {line}: index, current, frame, command and autocontinue are whole numbers")
-    params = tuple(None if math.isnan(v) else v for v in values[4:11])
-    if any(v is not None and abs(v) > LARGEST for v in params):
+    if any(abs(v) > LARGEST for v in params):
         raise FormatError(file, f"line {line} holds a number beyond the largest magnitude {LARGEST:g}")
-    return Item(int(values[3]), int(values[2]), params, values[11] != 0, (int(values[0]),))
+    set_ = tuple(None if math.isnan(v) else v for v in params)
+    return Item(int(command), int(frame), set_, autocontinue != 0, (int(seq),))
 
 
 def _cell(value: float | None) -> str:

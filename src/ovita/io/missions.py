@@ -126,16 +126,23 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
             problem = f"item {i + 1} is a pattern ({kind}) that only QGroundControl unfolds; write a .plan"
             raise TrajectoryError(problem)
     if with_home:
-        h = mission.home
-        home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.height))
-        listed = mission.home_item
-        items.insert(0, listed if listed is not None and listed.params[4:] == home.params[4:] else home)
+        items.insert(0, _listed_home(mission))
     places = {i: seq for seq, item in enumerate(items) for i in item.ids}
-    for k, item in enumerate(items):
-        target = item.params[0]
-        if item.command == JUMP and target is not None and int(target) in places:
-            items[k] = replace(item, params=(float(places[int(target)]), *item.params[1:]))
-    return items
+    return [_renumbered(item, places) for item in items]
+
+
+def _listed_home(mission: Mission) -> Item:
+    h, listed = mission.home, mission.home_item
+    home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.height))
+    return listed if listed is not None and listed.params[4:] == home.params[4:] else home
+
+
+def _renumbered(item: Item, places: Mapping[int, int]) -> Item:
+    """The item; a jump points at the sequence number of what it named."""
+    target = item.params[0]
+    if item.command != JUMP or target is None or int(target) not in places:
+        return item
+    return replace(item, params=(float(places[int(target)]), *item.params[1:]))
 
 
 _ABOVE_SEA = (GLOBAL, 5)
@@ -312,10 +319,9 @@ def _check(item: Item, i: int) -> None:
         raise TrajectoryError(f"{what} has the frame {item.frame}; known are {known}")
     if any(value is None for value in item.params[4:]):
         raise TrajectoryError(f"{what} has no position; give latitude, longitude and altitude")
-    if item.frame not in (_LOCAL_NED, _LOCAL_ENU):
-        latitude, longitude = item.params[4] or 0.0, item.params[5] or 0.0
-        if abs(latitude) > 90 or abs(longitude) > 180:
-            raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
+    latitude, longitude = item.params[4] or 0.0, item.params[5] or 0.0
+    if item.frame not in (_LOCAL_NED, _LOCAL_ENU) and (abs(latitude) > 90 or abs(longitude) > 180):
+        raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
 
 
 def _timestep(holds: Sequence[float]) -> float:
@@ -398,11 +404,8 @@ def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list
     kept = {places[k]: k for k in reversed(range(len(old)))} | {places[k]: k for k in same}
     items: list[Item] = []
     in_force, frame = (before.speed, before.items[chosen[0]].frame) if chosen else (None, RELATIVE)
-    speeds = _commands(waypoints, old, kept)
-    for j, waypoint in enumerate(waypoints):
-        speed = speeds[j] or in_force or DEFAULT_SPEED
-        if in_force and abs(speed - in_force) <= _SAME_SPEED * in_force:
-            speed = in_force
+    for j, (waypoint, command) in enumerate(zip(waypoints, _commands(waypoints, old, kept), strict=True)):
+        speed = _in_force(command, in_force)
         items += _at_speed(others[j], speed, in_force, before.speed)
         in_force = speed
         if j in kept:
@@ -414,6 +417,12 @@ def _merged(waypoints: Sequence[MissionWaypoint], before: Mission) -> tuple[list
             fresh = moved(replace(_FRESH, frame=frame), waypoint.position, before.home)
             items.append(_with_hold(fresh, waypoint.hold))
     return [*items, *others[len(waypoints)]], notes
+
+
+def _in_force(command: float | None, before: float | None) -> float:
+    """The speed that holds from a command on [m/s]: that before it, where there is none or it is hardly another."""
+    speed = command or before or DEFAULT_SPEED
+    return before if before and abs(speed - before) <= _SAME_SPEED * before else speed
 
 
 def _at_speed(others: Sequence[Item], speed: float, in_force: float | None, default: float) -> list[Item]:
@@ -455,16 +464,17 @@ def _matched(old: Sequence[MissionWaypoint], new: Sequence[MissionWaypoint]) -> 
     before, after = ([tuple(s.position.tolist()) for s in waypoints] for waypoints in (old, new))
     blocks = SequenceMatcher(None, before, after, autojunk=False).get_matching_blocks()
     same = {block.a + i: block.b + i for block in blocks for i in range(block.size)}
-    shares = [_shares(waypoints) for waypoints in (old, new)]
+    was, now = _shares(old), _shares(new)
     places: list[int] = []
-    last = len(new) - 1
+    last, place = len(new) - 1, -1
     for k in range(len(old)):
-        lowest = min(places[-1] + 1, last) if places else 0
+        lowest = min(place + 1, last)
         ahead = next((same[i] for i in range(k, len(old)) if i in same), len(new))
         if k in same or lowest >= ahead:
-            places.append(min(same.get(k, ahead), last))
+            place = min(same.get(k, ahead), last)
         else:
-            places.append(lowest + int(np.argmin(np.abs(shares[1][lowest:ahead] - shares[0][k]))))
+            place = lowest + int(np.argmin(np.abs(now[lowest:ahead] - was[k])))
+        places.append(place)
     return places, set(same)
 
 

@@ -19,7 +19,7 @@ from ovita.io.cameras import Transforms, named
 from ovita.io.documents import NONE, Choices, brief, listing
 from ovita.io.messages import JointMotion, frame_of, stamp_ns
 from ovita.io.smoothing import FEWEST, Smoothed, noise_of, smoothed
-from ovita.io.waypoints import from_columns
+from ovita.io.waypoints import from_columns, pose_columns
 from ovita.paths.geometry import Mask
 from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
@@ -85,7 +85,8 @@ def path_of(
     series = _picked(series, inside, notes, "lie outside the time that was asked for")
     times = (series.stamps - series.stamps[0]) / 1e9
     if choices.raw or len(times) < FEWEST:
-        return _as_it_is(series, times), series.frame_id, series.child, tuple(notes)
+        kept, _ = from_columns(pose_columns(series.positions, series.turns) | {"t": times}, key="poses", timestep=None)
+        return kept, series.frame_id, series.child, tuple(notes)
     found = smoothed(times, series.positions, series.turns)
     return found.trajectory, series.frame_id, series.child, (*notes, *told(found, len(times)))
 
@@ -108,13 +109,6 @@ def looks_recorded(times: Array, positions: Array) -> bool:
     spacing = float(np.median(np.linalg.norm(np.diff(positions, axis=0), axis=1)))
     even = float(steps.std()) < _EVEN * float(steps.mean())
     return even and noise_of(positions) > _AS_RECORDED * spacing > 0.0
-
-
-def _as_it_is(series: PoseSeries, times: Array) -> Trajectory:
-    columns = dict(zip("xyz", series.positions.T, strict=True)) | {"t": times}
-    if series.turns is not None:
-        columns |= dict(zip(("qw", "qx", "qy", "qz"), series.turns.T, strict=True))
-    return from_columns(columns, key="poses", timestep=None)[0]
 
 
 def _of_poses(samples: Sequence[StampedMessage], fields: Sequence[str]) -> PoseSeries:
@@ -150,21 +144,15 @@ def _stamps(samples: Sequence[StampedMessage]) -> tuple[NDArray[np.int64], tuple
 
 def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, single: bool) -> PoseSeries:
     """How one frame moves in another, by all transforms between the two, at each change of the moving one."""
+    flat = [(s.logged, one) for s in samples for one in ([s.message] if single else s.message.transforms)]
     edges: dict[tuple[str, str], set[Any]] = {}
-    flat: list[tuple[int, Any]] = []
-    for sample in samples:
-        for one in [sample.message] if single else sample.message.transforms:
-            edge = named(one.header.frame_id), named(one.child_frame_id)
-            place = one.transform.translation
-            edges.setdefault(edge, set()).add((place.x, place.y, place.z))
-            flat.append((sample.logged, one))
+    for _, one in flat:
+        place = one.transform.translation
+        edge = named(one.header.frame_id), named(one.child_frame_id)
+        edges.setdefault(edge, set()).add((place.x, place.y, place.z))
     parent, child = _frames(edges, frames)
+    below = _moved_by(child, edges)
     tree, stamps, rows, turns, logged = Transforms(), [], [], [], []
-    moves = {end for (_, end), seen in edges.items() if len(seen) > 1}
-    below = child
-    ancestors = {end: start for start, end in edges}
-    while below not in moves and below in ancestors:
-        below = ancestors[below]
     for at, one in flat:
         tree.add([one])
         found = tree.between(child, parent) if named(one.child_frame_id) == below else None
@@ -179,6 +167,15 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
     notes = (f"the path of {child} in {parent}, by the transforms between them",) if several else ()
     own = np.array(stamps if len(set(stamps)) > 1 else logged, dtype=np.int64)
     return PoseSeries(own, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
+
+
+def _moved_by(frame: str, edges: dict[tuple[str, str], set[Any]]) -> str:
+    """The first frame, going up from one, that moves in its parent; the root where none does."""
+    moves = {end for (_, end), seen in edges.items() if len(seen) > 1}
+    parents = {end: start for start, end in edges}
+    while frame not in moves and frame in parents:
+        frame = parents[frame]
+    return frame
 
 
 def _frames(edges: dict[tuple[str, str], set[Any]], wanted: str | None) -> tuple[str, str]:
@@ -217,21 +214,24 @@ def _usable(series: PoseSeries) -> PoseSeries:
         series = _taken(series, order)
     fresh = np.concatenate([[True], np.diff(series.stamps) > 0]) if len(series.stamps) else finite[:0]
     series = _picked(series, fresh, notes, "repeat the stamp before them")
-    turns = series.turns
-    if turns is not None and len(turns):
-        none = np.linalg.norm(turns, axis=1) < 1e-9
-        if none.all():
-            notes.append("every quaternion has length zero, so the orientations were left out")
-            series = replace(series, turns=None)
-        else:
-            series = _picked(series, ~none, notes, "have a quaternion of length zero")
+    series = _turned(series, notes)
     if len(series.stamps) < 2:
         raise TrajectoryError(
             f"has {len(series.stamps)} usable of {count} samples; a path needs at least 2", key="poses"
         )
-    turns = series.turns
-    unit = None if turns is None else turns / np.linalg.norm(turns, axis=1, keepdims=True)
-    return replace(series, turns=unit, notes=tuple(notes))
+    return replace(series, notes=tuple(notes))
+
+
+def _turned(series: PoseSeries, notes: list[str]) -> PoseSeries:
+    """The samples whose quaternion has a length, which becomes 1; no orientations where none has."""
+    if series.turns is None or not len(series.turns):
+        return series
+    whole = np.linalg.norm(series.turns, axis=1) >= 1e-9
+    if not whole.any():
+        notes.append("every quaternion has length zero, so the orientations were left out")
+        return replace(series, turns=None)
+    unit = series.turns / np.maximum(np.linalg.norm(series.turns, axis=1, keepdims=True), 1e-9)
+    return _picked(replace(series, turns=unit), whole, notes, "have a quaternion of length zero")
 
 
 def _picked(series: PoseSeries, mask: Mask, notes: list[str], why: str) -> PoseSeries:

@@ -235,18 +235,13 @@ def echoed(address: Address, count: int) -> Iterator[dict[str, Any]]:
 
 def plain_message(value: Any) -> Any:
     """A message of any library as dicts, lists and scalars."""
-    if isinstance(value, str | int | float | bool) or value is None:
+    if isinstance(value, str | int | float | None):
         return value
-    if isinstance(value, bytes | bytearray):
-        return list(value)
-    if hasattr(value, "get_fields_and_field_types"):
-        return {name: plain_message(getattr(value, name)) for name in value.get_fields_and_field_types()}
     if hasattr(value, "tolist"):
         return value.tolist()
     if hasattr(value, "__iter__"):
         return [plain_message(item) for item in value]
-    return {
-        name: plain_message(item)
-        for name, item in vars(value).items()
-        if not name.startswith("_") and name != "sample_info"
-    }
+    described = hasattr(value, "get_fields_and_field_types")
+    names = value.get_fields_and_field_types() if described else vars(value)
+    shown = [name for name in names if not name.startswith("_") and name != "sample_info"]
+    return {name: plain_message(getattr(value, name)) for name in shown}

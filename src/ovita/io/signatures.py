@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
 
-from ovita.errors import FormatError, MissingExtra, RequestError
+from ovita.errors import FormatError, RequestError, needs
 from ovita.io.files import atomic_write, file_name, read_text, system_errors
 from ovita.io.json_ import seal
 
@@ -122,10 +122,8 @@ def _fingerprint(key: Any) -> str:
 
 
 def _cryptography() -> tuple[Any, Any, Any, Any]:
-    try:
+    with needs("cryptography", "sign"):
         from cryptography.exceptions import InvalidSignature
         from cryptography.hazmat.primitives import serialization
         from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
-    except ImportError:
-        raise MissingExtra("cryptography", "sign") from None
     return InvalidSignature, serialization, Ed25519PrivateKey, Ed25519PublicKey

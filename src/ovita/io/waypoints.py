@@ -99,7 +99,10 @@ def from_columns(
         key: What a message calls the waypoints; by default, the column at fault.
         timestep: Duration of one dwell waypoint [s]; None takes it from the dwells if there are times.
     """
-    positions = _positions(columns, key)
+    _check_complete(columns, key)
+    positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
+    if len(positions) < 2:
+        raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
     turns = [columns[name] for name in _QUATERNION if name in columns]
     unknown = [name or "(without a name)" for name in columns if name not in _KNOWN]
     notes = (f"ignored what no trajectory can carry: {listing(unknown)}",) if unknown else ()
@@ -112,8 +115,8 @@ def from_columns(
     return built, notes + remarks
 
 
-def _positions(columns: Mapping[str, Array], key: str | None) -> Array:
-    """Positions (N, 3) [m], once all columns are complete and finite."""
+def _check_complete(columns: Mapping[str, Array], key: str | None) -> None:
+    """Refuse columns that lack a coordinate or a part of the quaternion, or hold what is not finite."""
     missing = [name for name in COLUMNS[:3] if name not in columns]
     if missing:
         raise TrajectoryError(f"has no {', '.join(missing)}, only {listing(columns)}; x, y and z are needed", key=key)
@@ -125,10 +128,6 @@ def _positions(columns: Mapping[str, Array], key: str | None) -> Array:
         bad = first_bad(columns[name]) if name in columns else None
         if bad is not None:
             raise TrajectoryError(f"{name} is {columns[name][bad]}, not a finite number", key=key or name, index=bad)
-    positions = np.column_stack([columns[name] for name in COLUMNS[:3]])
-    if len(positions) < 2:
-        raise TrajectoryError(f"has {len(positions) or 'no'} waypoint; a trajectory needs at least 2", key=key)
-    return positions
 
 
 def _speeds(
@@ -146,11 +145,21 @@ def _speeds(
     return speeds, dwell if timestep is None else timestep, ("derived the speeds from the times t", *remarks)
 
 
+def pose_columns(positions: Array, turns: Array | None) -> dict[str, Array]:
+    """Positions (N, 3) [m] and quaternions (N, 4) wxyz as columns (N,) by name."""
+    columns = dict(zip(COLUMNS[:3], positions.T, strict=True))
+    return columns if turns is None else columns | dict(zip(_QUATERNION, turns.T, strict=True))
+
+
+def turns_of(trajectory: Trajectory) -> tuple[Array, bool]:
+    """Orientations (N, 4) wxyz, and whether they are its own; without any, the identity."""
+    own = trajectory.orientations
+    return (np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1)), False) if own is None else (own, True)
+
+
 def poses_of(trajectory: Trajectory) -> tuple[Array, bool]:
     """Poses x, y, z, qx, qy, qz, qw (N, 7), and whether they are its own; without orientations, the identity."""
-    turns = trajectory.orientations
-    own = turns is not None
-    turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(trajectory), 1)) if turns is None else turns
+    turns, own = turns_of(trajectory)
     return np.column_stack([trajectory.positions, turns[:, [1, 2, 3, 0]]]), own
 
 
@@ -187,7 +196,15 @@ def _of_dicts(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], It
     twice = [name for i, name in enumerate(names) if name in names[:i]]
     if twice:
         raise TrajectoryError(f"gives {twice[0]} twice; its keys are {listing(map(str, keys))}", key=key, index=0)
-    expected = set(keys)
+    _check_keys(rows, set(keys), key)
+    known = {k: n for k, n in zip(keys, names, strict=True) if n in _KNOWN}
+    ignored = [name for name in names if name not in _KNOWN]
+    # What is ignored may be anything, so it becomes a column of zeros that only lends its name to the note.
+    zero = [0.0] * len(ignored)
+    return (*known.values(), *ignored), [[row[k] for k in known] + zero for row in rows]
+
+
+def _check_keys(rows: Sequence[Any], expected: set[Any], key: str | None) -> None:
     for i, row in enumerate(rows):
         if not isinstance(row, Mapping):
             raise TrajectoryError(f"is {show(row)}, expected an object like the first row", key=key, index=i)
@@ -195,12 +212,6 @@ def _of_dicts(rows: Sequence[Any], key: str | None) -> tuple[tuple[str, ...], It
             lacks, more = sorted(expected - row.keys()), sorted(row.keys() - expected)
             what = f"lacks {listing(lacks)}" if lacks else f"has {listing(more)}"
             raise TrajectoryError(f"{what}, unlike the first row; give every row the same keys", key=key, index=i)
-    known = [(k, n) for k, n in zip(keys, names, strict=True) if n in _KNOWN]
-    ignored = [(k, n) for k, n in zip(keys, names, strict=True) if n not in _KNOWN]
-    # What is ignored may be anything, so it becomes a column of zeros that only lends its name to the note.
-    zero = [0.0] * len(ignored)
-    values = ([row[k] for k, _ in known] + zero for row in rows)
-    return tuple(n for _, n in known + ignored), list(values)
 
 
 def _table(rows: Iterable[Sequence[object]], names: Sequence[str], key: str | None) -> Array:
@@ -294,21 +305,17 @@ def _fit(mean: Array, moving: Mask, rest: Mask) -> Array:
 
     n, top = len(rest), float(mean.max())
     weight = np.where(moving, 0.25 / np.maximum(mean / top, 0.02) ** 2, 0.0)
-    bands = np.zeros((3, n))
-    bands[0, :-1] += weight
-    bands[0, 1:] += weight
-    bands[1, :-1] += weight
     smooth = SMOOTHNESS * (moving[:-1] & moving[1:])
-    bands[0, :-2] += smooth
-    bands[0, 1:-1] += 4.0 * smooth
-    bands[0, 2:] += smooth
-    bands[1, : n - 2] += -2.0 * smooth
-    bands[1, 1 : n - 1] += -2.0 * smooth
-    bands[2, : n - 2] += smooth
+    bands = np.zeros((3, n))
+    for row, first, values in (
+        *((0, 0, weight), (0, 1, weight), (1, 0, weight)),
+        *((0, 0, smooth), (0, 1, 4.0 * smooth), (0, 2, smooth)),
+        *((1, 0, -2.0 * smooth), (1, 1, -2.0 * smooth), (2, 0, smooth)),
+    ):
+        bands[row, first : first + len(values)] += values
     bands[0] += 1e-12
-    target = np.zeros(n)
-    target[:-1] += 2.0 * weight * mean / top
-    target[1:] += 2.0 * weight * mean / top
+    pull = 2.0 * weight * mean / top
+    target = np.append(pull, 0.0) + np.append(0.0, pull)
     fixed = rest.copy()
     speeds = np.zeros(n)
     for _ in range(_ROUNDS):
