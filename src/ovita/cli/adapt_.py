@@ -19,6 +19,7 @@ from ovita.chain import REPAIRS, TIME_LIMIT, adapt
 from ovita.cli.common import (
     EXIT_OF,
     called,
+    check_writable,
     choices_from,
     constraints_from,
     notes_on,
@@ -97,10 +98,7 @@ class Outputs:
         for twice in [path for path, count in named.items() if count > 1]:
             raise FormatError(twice, "is named twice, so one would overwrite the other; name another file")
         for path in self.files:
-            if os.path.isdir(path):
-                raise FormatError(path, "is a directory; name a file in it")
-            if not os.path.isdir(os.path.dirname(path) or "."):
-                raise FormatError(path, "its folder does not exist; make it first")
+            check_writable(path)
 
 
 _ABOUT_OUTPUT = [item.name for item in fields(Outputs)]
@@ -179,7 +177,8 @@ def command(
     if outputs.trajectory:
         rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices)
     if outputs.accepting and instruction is None and not is_address(file) and is_adaptation(file):
-        _report(_accepted(file), task, choices, outputs)
+        result = _accepted(file)
+        report(result, outputs, *_write(result, outputs, task, choices))
     text = instruction if instruction is not None else task.instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
@@ -196,11 +195,14 @@ def _finish(
     if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):
         result = accept(result)
     notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
-    _report(result, task, choices_from(options), outputs, notes)
+    choices = choices_from(options)
+    report(result, outputs, *_write(result, outputs, task, choices), notes)
 
 
-def _report(result: Adaptation, task: Task, choices: Choices, outputs: Outputs, notes: Sequence[str] = ()) -> NoReturn:
-    written, lost = _write(result, outputs, task, choices)
+def report(
+    result: Adaptation, outputs: Outputs, written: Sequence[str], lost: Sequence[str] = (), notes: Sequence[str] = ()
+) -> NoReturn:
+    """Print a result, what was written and what its formats lost, and end with the exit code."""
     if outputs.as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
@@ -210,7 +212,8 @@ def _report(result: Adaptation, task: Task, choices: Choices, outputs: Outputs, 
             click.echo(f"wrote {path}")
         show_notes(lost)
         if result.proposal is not None:
-            saved = f"ovita adapt {outputs.result} --accept" if outputs.result else "the same command with --accept"
+            held = outputs.result in written
+            saved = f"ovita adapt {outputs.result} --accept" if held else "the same command with --accept"
             click.echo(f"If that is what you mean: {plain(saved)}")
     raise SystemExit(EXIT_OF[result.status])
 

@@ -118,7 +118,6 @@ def _progress() -> Callable[[Progressed], None]:
 
 def _show(done: AugmentedDataset) -> None:
     from ovita.augment.inspection import files_of
-    from ovita.augment.verified import REASONS
 
     manifest = done.manifest
     click.echo(f"{done.kept} verified samples are in {done.folder} ({done.seconds:.1f} s for {done.made} shards)")
@@ -127,11 +126,7 @@ def _show(done: AugmentedDataset) -> None:
     missing = int(manifest["n"]) - done.kept
     if missing:
         click.echo(f"{missing} of {manifest['n']} are missing: no draw for them passed, or they said what another says")
-    rejected: Mapping[str, int] = manifest["rejected"]
-    if rejected:
-        click.echo("\nDraws that were rejected")
-        for reason, count in sorted(rejected.items(), key=lambda pair: -pair[1]):
-            click.echo(f"  {count:7d}  {reason}: {REASONS[reason]}")
+    section("Draws that were rejected", _rejected(manifest["rejected"]))
     click.echo("\nHow they spread")
     for name in ("family", "split", "robot", "verdict", "region", "direction"):
         counts = manifest["counts"].get(name, {})

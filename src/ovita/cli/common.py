@@ -19,7 +19,7 @@ from typing import Any
 
 import click
 
-from ovita.errors import RequestError, RobotError
+from ovita.errors import FormatError, RequestError, RobotError
 from ovita.io import Choices, Task, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
@@ -175,6 +175,14 @@ def in_frame(scene: Scene, frame: str | None) -> Scene:
     return scene if frame is None else replace(scene, frame=Frame(frame))
 
 
+def check_writable(path: str) -> None:
+    """Refuse the name of a file that is a folder, or whose folder is missing, before anything is written."""
+    if os.path.isdir(path):
+        raise FormatError(path, "is a directory; name a file in it")
+    if not os.path.isdir(os.path.dirname(path) or "."):
+        raise FormatError(path, "its folder does not exist; make it first")
+
+
 def bare_task(bare: tuple[Scene, str | None, str], file: str, frame: str | None) -> Task:
     """A task of what `load_bare` found in a file, with a path that stands still."""
     scene, robot, instruction = bare
@@ -320,31 +328,35 @@ def show_notes(notes: Iterable[str]) -> None:
 
 def show(result: Adaptation, *, code: bool = False) -> None:
     """Print an adaptation as a short report."""
+    lost = result.lost and result.status == "done"
+    label = "done, but not all that was asked before" if lost else LABELS[result.status]
+    by = ":".join(filter(None, (result.writer.kind, result.writer.model)))
     total = sum(result.timings_ms.values())
-    label = LABELS[result.status]
-    if result.lost and result.status == "done":
-        label = "done, but not all that was asked before"
-    by = f"{result.writer.kind}{':' + result.writer.model if result.writer.model else ''}"
     click.echo(wrapped(plain(f"{result.message}  [{label}; writer {by}; {total:.0f} ms]")))
-    if len(result.writer.tried) > 1:
-        section("Writers", [*result.writer.tried, *([result.writer.reason] if result.writer.reason else [])])
-    if result.proposal is not None:
-        would = result.proposal
-        section("It would change", sentences(would.changes) if would.changes else [])
-        section("It would assume", would.assumed)
-        section("It would warn", would.cautions)
-    if not result.usable:
-        return
-    section("Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)])
-    section("Changes", sentences(result.changes) if result.changes else [])
-    if result.constraints and result.constraints.status == "satisfied":
-        section("Limits", result.constraints.sentences())
-    section("Assumed", result.assumed)
-    section("Knobs", [p.line for p in result.parameters])
-    section("Warnings", result.cautions)
-    if code:
+    for title, lines in _sections(result):
+        section(title, lines)
+    if code and result.usable:
         click.echo("\nPolicy")
         click.echo(plain(result.code))
+
+
+def _sections(result: Adaptation) -> Iterator[tuple[str, Sequence[str]]]:
+    if len(result.writer.tried) > 1:
+        yield "Writers", [line for line in (*result.writer.tried, result.writer.reason) if line]
+    if result.proposal is not None:
+        would = result.proposal
+        yield "It would change", sentences(would.changes) if would.changes else []
+        yield "It would assume", would.assumed
+        yield "It would warn", would.cautions
+    if not result.usable:
+        return
+    yield "Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)]
+    yield "Changes", sentences(result.changes) if result.changes else []
+    if result.constraints and result.constraints.status == "satisfied":
+        yield "Limits", result.constraints.sentences()
+    yield "Assumed", result.assumed
+    yield "Knobs", [p.line for p in result.parameters]
+    yield "Warnings", result.cautions
 
 
 def section(title: str, lines: Sequence[str]) -> None:
@@ -360,15 +372,9 @@ def wrapped(text: str, indent: str = "") -> str:
     if not sys.stdout.isatty():
         return indent + text
     width = max(shutil.get_terminal_size().columns, 40)
-    filled = textwrap.TextWrapper(
-        width,
-        initial_indent=indent,
-        subsequent_indent=indent and f"{indent}   ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
-    lines = (filled.fill(line) for line in text.split("\n"))
-    return "\n".join(lines)
+    further = indent and f"{indent}   "
+    filled = textwrap.TextWrapper(width, indent, further, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(filled.fill(line) for line in text.split("\n"))
 
 
 @contextmanager

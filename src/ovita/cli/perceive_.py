@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_NOTHING, FRAMES, names_in, plain, section, show_notes, waiting
+from ovita.cli.common import EXIT_NOTHING, FRAMES, check_writable, names_in, plain, section, show_notes, waiting
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps
@@ -98,48 +97,55 @@ def command(
     Exit code 3 where nothing was found, or nothing for one of the names.
     """
     _check(out, picture)
-    plane, detector = given["plane"], given["detector"]
-    level = plane if plane in ("auto", "none") else _height(plane)
     if result and not old:
         raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
-    before = None if old is None else load_scene(old)[0]
-    if before is not None and old is not None and not before.objects:
-        raise FormatError(old, "holds no objects to compare with; name the scene of an earlier look")
+    before = None if old is None else _earlier(old)
     adapted = None if result is None else Adaptation.load(result)
-    leave = _Leave.of(given["without"], given["crop"])
-    finder = detector_named(detector, **{name: given[name] for name in ("frame", "base_url", "boxes")})
-    with waiting("looking", quiet=as_json):
-        there = leave.out_of(gathered(places, camera=camera, choices=_choices(given)))
-        options = {"names": names_in(given["names"]), "text": given["text"], "frame": given["frame"], "plane": level}
-        if there.views:
-            seen = perceive(there.views, detector=finder, **options)
-        elif finder is None:
-            seen = perceive_clouds(there.clouds, **options)
-        else:
-            raise RequestError(f"a point cloud has no picture for --detector {detector}; use clusters")
-    seen = regions.without(seen, leave.names)
+    there, seen = _looked(places, camera, given, quiet=as_json)
     change = None if before is None else update(before, seen.scene, there.views)
     seen = seen if change is None else replace(seen, scene=change.scene)
-    written = []
     if out is not None:
         atomic_write(out, dumps(document(seen.scene), out))
-        written.append(out)
     if picture:
-        written += _draw(picture, there, seen)
+        _draw(picture, there, seen)
     if as_json:
         click.echo(dumps(document(seen.scene), "the scene").rstrip())
     else:
         click.echo(plain(seen.environment or "Nothing was found."))
         section("Objects", [_line(item) for item in seen.scene])
-        if change is not None:
-            section("Since the last look", change.sentences())
-        if change is not None and adapted is not None:
-            section("The path", impact(adapted, change.scene).sentences())
+        section("Since the last look", change.sentences() if change is not None else ())
+        section("The path", impact(adapted, seen.scene).sentences() if adapted is not None else ())
     show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in (*seen.refused, *seen.missing))))
-    if not as_json:
-        for path in written:
-            click.echo(plain(f"wrote {path}"))
+    for path in () if as_json else filter(None, (out, picture)):
+        click.echo(plain(f"wrote {path}"))
     raise SystemExit(0 if seen.things and not seen.missing else EXIT_NOTHING)
+
+
+def _earlier(file: str) -> Scene:
+    """The scene of an earlier look."""
+    scene, _ = load_scene(file)
+    if not scene.objects:
+        raise FormatError(file, "holds no objects to compare with; name the scene of an earlier look")
+    return scene
+
+
+def _looked(
+    places: tuple[str, ...], camera: str | None, given: dict[str, Any], *, quiet: bool
+) -> tuple[Recorded, Perceived]:
+    """What there was to look at, without what is to be left out, and what was found in it."""
+    leave = _Leave.of(given["without"], given["crop"])
+    finder = detector_named(given["detector"], **{name: given[name] for name in ("frame", "base_url", "boxes")})
+    options: dict[str, Any] = {"names": names_in(given["names"]), "plane": _level(given["plane"])}
+    options |= {name: given[name] for name in ("text", "frame")}
+    with waiting("looking", quiet=quiet):
+        there = leave.out_of(gathered(places, camera=camera, choices=_choices(given)))
+        if there.views:
+            seen = perceive(there.views, detector=finder, **options)
+        elif finder is None:
+            seen = perceive_clouds(there.clouds, **options)
+        else:
+            raise RequestError(f"a point cloud has no picture for --detector {given['detector']}; use clusters")
+    return there, regions.without(seen, leave.names)
 
 
 @dataclass(frozen=True)
@@ -175,8 +181,8 @@ def _check(out: str | None, picture: str | None) -> None:
     for path, ending in ((out, ".json"), (picture, ".png")):
         if path and not path.lower().endswith(ending):
             raise FormatError(path, f"name a {ending} file")
-        if path and not os.path.isdir(os.path.dirname(path) or "."):
-            raise FormatError(path, "its folder does not exist; make it first")
+        if path:
+            check_writable(path)
 
 
 def _choices(given: dict[str, Any]) -> RecordingChoices:
@@ -185,16 +191,18 @@ def _choices(given: dict[str, Any]) -> RecordingChoices:
     return RecordingChoices(**topics, mount=mount)
 
 
-def _draw(picture: str, there: Recorded, seen: Perceived) -> list[str]:
+def _draw(picture: str, there: Recorded, seen: Perceived) -> None:
     if not there.views:
         raise FormatError(picture, "a point cloud is no picture to draw over; leave --picture out")
     from ovita.perceive.pointed import overlay
 
     atomic_write(picture, overlay(there.views[0], seen.scene))
-    return [picture]
 
 
-def _height(plane: str) -> float:
+def _level(plane: str) -> str | float:
+    """What things rest on: "auto", "none", or a height [m]."""
+    if plane in ("auto", "none"):
+        return plane
     try:
         return float(plane)
     except ValueError:

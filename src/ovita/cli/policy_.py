@@ -33,22 +33,24 @@ def group() -> None:
 @click.argument("files", metavar="FILE.py...", nargs=-1, required=True)
 def check_command(files: tuple[str, ...]) -> None:
     """Say whether FILE.py is a policy that may run, and list its parameters; exit code 3 if one is not."""
-    failed = False
-    for file in files:
-        try:
-            policy = parse(read_text(file))
-        except PolicyError as error:
-            failed = True
-            click.echo(plain(f"{file}: {error}"))
-            continue
-        calls = ", toolkit calls only" if policy.toolkit_only else ""
-        click.echo(plain(f"{file}: ok ({policy.form}{calls})" + (f": {policy.summary}" if policy.summary else "")))
-        for parameter in policy.parameters:
-            unit = f" {parameter.unit}" if parameter.unit else ""
-            meaning = f"  {parameter.meaning}" if parameter.meaning else ""
-            click.echo(plain(f"  {parameter.name} = {parameter.value!r}{unit}{meaning}"))
-    if failed:
+    sound = [_checked(file) for file in files]
+    if not all(sound):
         raise SystemExit(EXIT_NOTHING)
+
+
+def _checked(file: str) -> bool:
+    try:
+        policy = parse(read_text(file))
+    except PolicyError as error:
+        click.echo(plain(f"{file}: {error}"))
+        return False
+    calls = ", toolkit calls only" if policy.toolkit_only else ""
+    click.echo(plain(f"{file}: ok ({policy.form}{calls})" + (f": {policy.summary}" if policy.summary else "")))
+    for parameter in policy.parameters:
+        unit = f" {parameter.unit}" if parameter.unit else ""
+        meaning = f"  {parameter.meaning}" if parameter.meaning else ""
+        click.echo(plain(f"  {parameter.name} = {parameter.value!r}{unit}{meaning}"))
+    return True
 
 
 @group.command("catalogue")
@@ -60,17 +62,17 @@ def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> 
     from ovita.toolkit.catalogue import CATALOGUE, as_text, describe, extended, page, reference
     from ovita.writers.examples import use_of
 
-    if markdown and (names or as_json):
-        raise click.UsageError("--markdown is the whole page; leave out --json and names")
-    if not markdown:
-        extended()
+    if markdown:
+        if names or as_json:
+            raise click.UsageError("--markdown is the whole page; leave out --json and names")
+        click.echo(page({name: use for name in CATALOGUE if (use := use_of(name))}), nl=False)
+        return
+    extended()
     try:
         entries = reference(names or None)
     except ValueError as error:
         raise click.UsageError(str(error)) from None
-    if markdown:
-        click.echo(page({name: use for name in CATALOGUE if (use := use_of(name))}), nl=False)
-    elif as_json:
+    if as_json:
         click.echo(json.dumps([entry.to_dict() for entry in entries], ensure_ascii=False, indent=1))
     elif names:
         for entry in entries:

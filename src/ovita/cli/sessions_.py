@@ -37,7 +37,7 @@ from ovita.cli.common import (
 )
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, load_bare, load_robot, save_trajectory, writable
+from ovita.io import WRITTEN, Task, load_bare, load_robot, save_trajectory, writable
 from ovita.io.files import make_folder, state_folder
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import known_isolation
@@ -80,19 +80,7 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     """
     bare = load_bare(file) if options["scene_file"] is None else None
     task = task_at(file, options) if bare is None else bare_task(bare, file, options["frame"])
-    session = Session(
-        task.trajectory,
-        task.scene,
-        robot_from(task, options["robot"], options["max_speed"]),
-        writer_from(options),
-        constraints_from(options),
-        options["isolation"],
-    )
-    if journal and os.path.exists(journal):
-        session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
-        click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
-    elif journal:
-        session.keep(journal)
+    session = _opened(task, journal, options)
     keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
     if resume:
         session = _resumed(session, keeper)
@@ -103,6 +91,25 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
     if keeper is not None and keeper.earlier is not None and not resume:
         click.echo("An earlier talk about this file is kept; /resume goes on with it.")
+    session = _talked(session, keeper)
+    if keeper is not None and session.kept:
+        click.echo(plain(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume"))
+
+
+def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session:
+    """A conversation about a task, or the one that a journal holds."""
+    robot, writer = robot_from(task, options["robot"], options["max_speed"]), writer_from(options)
+    session = Session(task.trajectory, task.scene, robot, writer, constraints_from(options), options["isolation"])
+    if journal and os.path.exists(journal):
+        session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
+        click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
+    elif journal:
+        session.keep(journal)
+    return session
+
+
+def _talked(session: Session, keeper: Keeper | None) -> Session:
+    """The conversation after all lines that were typed; another one where an earlier talk was resumed."""
     typed = lines(lambda begun: _candidates(session, begun))
     for line in typed:
         try:
@@ -116,8 +123,7 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
             click.echo(f"error: {plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
-    if keeper is not None and session.kept:
-        click.echo(plain(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume"))
+    return session
 
 
 _MARKS = ("/", ":")
@@ -337,11 +343,9 @@ def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: S
         knobs: That /set turns.
     """
     _, space, last = line.rpartition(" ")
-    command = line[1:].partition(" ")[0] if line[:1] in ("/", ":") else ""
-    if command and not space:
+    command = line[1:].partition(" ")[0] if line[:1] in _MARKS else ""
+    if line[:1] in _MARKS and not space:
         return [f"{line[0]}{word} " for word in commands if word.startswith(command)]
-    if line in ("/", ":"):
-        return [f"{line}{word} " for word in commands]
     if command == "set":
         return [f"{name}=" for name in knobs if name.startswith(last)]
     if command in ("save", "plot"):

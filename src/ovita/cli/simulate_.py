@@ -229,13 +229,7 @@ def simulate_all(folder: str, report: str, jobs: int, engine: Engine, options: d
     """
     if suffix(report) not in FORMATS:
         raise RequestError(f"--report {report}: tables are written as {', '.join(FORMATS)}")
-    root = Path(folder)
-    if not root.is_dir():
-        raise RequestError(f"--report wants a folder of trajectories and results; {folder} is none")
-    files = [p for p in sorted(root.iterdir()) if p.is_file() and suffix(p) in READ]
-    files = [p for p in files if p.resolve() != Path(report).resolve()]
-    if not files:
-        raise RequestError(f"{folder} holds no file of a known format ({', '.join(READ)})")
+    files = _files(Path(folder), besides=Path(report))
     rows: list[Simulated] = []
     work = partial(rows_of, options=options)
     for several in shared(work, map(str, files), jobs=min(jobs, len(files)), engine=engine):
@@ -247,6 +241,16 @@ def simulate_all(folder: str, report: str, jobs: int, engine: Engine, options: d
     failed = sum(row.failed for row in rows)
     click.echo(plain(f"\n{len(rows)} simulations of {len(files)} files, {failed} failed; wrote {report}"))
     return EXIT_OF["infeasible"] if failed else 0
+
+
+def _files(folder: Path, besides: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise RequestError(f"--report wants a folder of trajectories and results; {folder} is none")
+    files = [p for p in sorted(folder.iterdir()) if p.is_file() and suffix(p) in READ]
+    files = [p for p in files if p.resolve() != besides.resolve()]
+    if not files:
+        raise RequestError(f"{folder} holds no file of a known format ({', '.join(READ)})")
+    return files
 
 
 def rows_of(file: str, options: dict[str, Any]) -> list[Simulated]:
@@ -263,18 +267,8 @@ def rows_of(file: str, options: dict[str, Any]) -> list[Simulated]:
 def _row(file: str, which: str, robot: str, report: sim.Report) -> Simulated:
     t = report.tracking
     struck = "; ".join(contact.told for contact in report.contacts if not contact.meant)
-    return Simulated(
-        file,
-        which,
-        robot,
-        report.status,
-        round(t.rms, 6),
-        round(t.max, 6),
-        round(report.asked, 3),
-        round(report.achieved, 3),
-        len(report.unreachable),
-        struck,
-    )
+    errors, lasts = (round(t.rms, 6), round(t.max, 6)), (round(report.asked, 3), round(report.achieved, 3))
+    return Simulated(file, which, robot, report.status, *errors, *lasts, len(report.unreachable), struck)
 
 
 def _line(row: Simulated) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -17,7 +18,6 @@ from ovita.cli.common import (
     in_frame,
     names_in,
     plain,
-    show,
     show_notes,
     slowed,
     source,
@@ -141,26 +141,27 @@ def generate(
     scene = _scene_of(skill, scene_file, frame)
     asked = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints, robot=limits)
     made, judged = checked(asked, limits, repair=repair, obstacles=not no_obstacles)
-    task = made.task()
-    lost = save_task(out, task) if out else ()
+    lost = save_task(out, made.task()) if out else ()
     if as_json:
         covariance = None if made.covariance is None else made.covariance.tolist()
         document = {"trajectory": made.trajectory.to_array().tolist(), "covariance": covariance}
         document |= {"notes": made.notes, "missed": made.missed, "status": judged.status, "limits": made.broken}
         click.echo(json.dumps(document))
     else:
-        path = made.trajectory
-        click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
-        show_notes((*skill.notes, *made.notes, *lost))
-        for text in made.missed:
-            click.echo(plain(f"not as meant: {text}"), err=True)
-        for text in made.broken:
-            click.echo(plain(f"limits: {text}"), err=True)
-        if made.broken and not repair:
-            click.echo("Nothing was changed for the limits; --repair keeps them.", err=True)
+        _tell(made, (*skill.notes, *made.notes, *lost), repaired=repair)
         if out:
             click.echo(f"wrote {out}")
     raise SystemExit(EXIT_OF["not_as_meant" if made.missed else judged.status])
+
+
+def _tell(made: GeneratedPath, notes: Sequence[str], *, repaired: bool) -> None:
+    path = made.trajectory
+    click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
+    show_notes(notes)
+    for text in (*(f"not as meant: {text}" for text in made.missed), *(f"limits: {text}" for text in made.broken)):
+        click.echo(plain(text), err=True)
+    if made.broken and not repaired:
+        click.echo("Nothing was changed for the limits; --repair keeps them.", err=True)
 
 
 def checked(made: GeneratedPath, robot: Robot, *, repair: bool, obstacles: bool) -> tuple[GeneratedPath, Adaptation]:
@@ -209,7 +210,7 @@ def adapt_file(
     options: dict[str, Any],
 ) -> NoReturn:
     """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
-    from ovita.cli.adapt_ import draw
+    from ovita.cli.adapt_ import draw, report
     from ovita.sources.adapted_skills import adapt_skill
 
     skill = Skill.load(file)
@@ -229,13 +230,4 @@ def adapt_file(
         lost = save_task(outputs.trajectory, made)
     if result.usable and outputs.picture:
         draw(result, outputs.picture, tube=made.extra.get(COVARIANCE))
-    if outputs.as_json:
-        click.echo(json.dumps(result.to_document(), ensure_ascii=False))
-    else:
-        show(result)
-        show_notes((*edited.notes, *lost))
-        if result.proposal is not None:
-            click.echo("If that is what you mean: the same command with --accept")
-        for path in outputs.files if result.usable else ():
-            click.echo(f"wrote {path}")
-    raise SystemExit(EXIT_OF[result.status])
+    report(result, outputs, outputs.files if result.usable else (), lost, edited.notes)

@@ -11,7 +11,18 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_REFUSED, FRAMES, HEADING, choices_from, plain, section, show_notes, source, waiting
+from ovita.cli.common import (
+    EXIT_REFUSED,
+    FRAMES,
+    HEADING,
+    choices_from,
+    plain,
+    section,
+    show_notes,
+    source,
+    task_at,
+    waiting,
+)
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
@@ -23,7 +34,6 @@ from ovita.io import (
     is_address,
     is_mission,
     load_robot,
-    open_task,
     rendered,
     save_task,
 )
@@ -75,11 +85,12 @@ def convert(
     if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
     choices = choices_from(options | {"kind": kind})
-    if arm.arm is not None and kind != "joints":
+    in_joints = kind == "joints"
+    if arm.arm is not None and not in_joints:
         task = tool_task(file, arm, choices, options["frame"])
     else:
-        task = open_task(file, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
-    if kind == "joints":
+        task = task_at(file, options | {"kind": kind})
+    if in_joints:
         motion, said = joints_of(task.trajectory, task.scene, arm)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))
         show_notes((*task.notes, *said))
@@ -185,10 +196,8 @@ def send(
     if options["dry_run"]:
         click.echo("\nIt may be sent; nothing was (--dry-run).")
         return
-    if not options["yes"] and not sys.stdin.isatty():
-        raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
     if not options["yes"]:
-        click.confirm(plain(f"\nSend it to {place}?"), abort=True)
+        _confirm(place)
     if motion is not None:
         still_there(motion, arm, place)
 
@@ -199,6 +208,12 @@ def send(
         receipt = release(found, place, journal, about, choices=choices, motion=motion, told=told)
     show_notes(note for note in receipt.notes if note not in found.cautions)
     click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
+
+
+def _confirm(place: str) -> None:
+    if not sys.stdin.isatty():
+        raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
+    click.confirm(plain(f"\nSend it to {place}?"), abort=True)
 
 
 def _as_joints(found: Review, place: str, arm: ArmChoice, journal: str, about: Mapping[str, Any]) -> JointMotion:
@@ -261,11 +276,16 @@ def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
     if verify and as_json:
         raise RequestError("--json shows events and --verify looks for faults: choose one")
     ledger = Ledger(log or default_log())
-    if not verify:
-        for event in ledger.events()[-last:]:
-            shown = {key: value for key, value in event.items() if key != PREVIOUS}
-            click.echo(plain(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown)))
+    if verify:
+        _verify(ledger)
         return
+    for event in ledger.events()[-last:]:
+        shown = {key: value for key, value in event.items() if key != PREVIOUS}
+        click.echo(plain(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown)))
+
+
+def _verify(ledger: Ledger) -> None:
+    """Print what is wrong with a log; a fault ends the command."""
     found = ledger.check()
     earlier = found.lines - found.chained
     for fault in found.faults:
