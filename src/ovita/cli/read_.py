@@ -18,12 +18,7 @@ if TYPE_CHECKING:
     from ovita.instruct.referee import Understanding
     from ovita.io import Task
 
-OUTCOMES = {
-    "do": "do it",
-    "needs_confirmation": "show it and ask",
-    "ask": "ask back",
-    "decline": "decline",
-}
+OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask back", "decline": "decline"}
 """What each verdict means."""
 
 

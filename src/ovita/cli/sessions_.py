@@ -411,11 +411,7 @@ class Keeper:
 )
 @WRITER
 @BASE_URL
-@click.option(
-    "--robot",
-    metavar="NAME|FILE",
-    help="Limits to begin with: a name as for adapt, or a file. [scene's]",
-)
+@click.option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
 @click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
 @ISOLATION
 def studio(

@@ -103,11 +103,7 @@ def spread(skill: Skill) -> str:
     help="Pass through a place at a phase between 0 and 1: '0.5: cup'; without a phase, where it is least unusual.",
 )
 @click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
-@click.option(
-    "--frame",
-    type=FRAMES,
-    help="Which way is left in PLACE. [the one that the skill was learned in]",
-)
+@click.option("--frame", type=FRAMES, help="Which way is left in PLACE. [the one that the skill was learned in]")
 @click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
 @click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
 @click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
@@ -202,13 +198,7 @@ def _via(text: str) -> tuple[float | None, str]:
         raise RequestError(f"--via {text!r}: {phase.strip()!r} is no phase; say it as '0.5: cup'") from None
 
 
-def adapt_file(
-    file: str,
-    instruction: str,
-    on: FeedbackOn,
-    outputs: Outputs,
-    options: dict[str, Any],
-) -> NoReturn:
+def adapt_file(file: str, instruction: str, on: FeedbackOn, outputs: Outputs, options: dict[str, Any]) -> NoReturn:
     """Adapt a skill's mean to an instruction and write the skill, its trajectory and its picture where asked."""
     from ovita.cli.adapt_ import draw, report
     from ovita.sources.adapted_skills import adapt_skill

@@ -26,17 +26,7 @@ from ovita.cli.common import (
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
-from ovita.io import (
-    READ,
-    Choices,
-    Task,
-    is_adaptation,
-    is_address,
-    is_mission,
-    load_robot,
-    rendered,
-    save_task,
-)
+from ovita.io import READ, Choices, Task, is_adaptation, is_address, is_mission, load_robot, rendered, save_task
 from ovita.io.bags import save_joint_motion
 from ovita.io.geodesy import MISSION
 from ovita.io.json_ import load_document, save_document
@@ -66,14 +56,7 @@ _TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that ha
 @click.option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
 @arm_options
 @_TAKEOFF
-def convert(
-    file: str,
-    out: str,
-    to_frame: str | None,
-    to_topic: str | None,
-    kind: str | None,
-    **options: Any,
-) -> None:
+def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kind: str | None, **options: Any) -> None:
     """Convert the trajectory in IN to the format of OUT's file extension; notes say what it cannot hold.
 
     IN may also be live: ros2:/topic?domain=0 or mavlink:udp:127.0.0.1:14550.

@@ -10,24 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import MissingExtra
+from ovita.errors import needs
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS, TRIANGLES, Extent, View
 
-try:
+with needs("plotly", "plot"):
     import plotly.graph_objects as go
     from plotly.subplots import make_subplots
-except ImportError:
-    raise MissingExtra("plotly", "plot") from None
 
-_CONFIG = {
-    "displaylogo": False,
-    "responsive": True,
-    "modeBarButtonsToRemove": ["sendChartToCloud"],
-}
+_CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["sendChartToCloud"]}
 
 _PIXELS = 256.0, 616.0
 """About how many pixels a unit of the scene takes as the page opens: from above, and in space at depth 1."""
@@ -242,8 +236,11 @@ def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str]) -
                 showlegend=False, hovertemplate=told + "<extra></extra>", **common,
             ), 2, column,
         )  # fmt: skip
-    if word == "proposed":
-        return
+    if word != "proposed":
+        _add_ends(figure, word, path, data, told + place)
+
+
+def _add_ends(figure: Any, word: str, path: Trajectory, data: Array, told: str) -> None:
     for end, index, symbol in (("start", 0, "circle"), ("goal", -1, "diamond")):
         x, y, z = path.positions[index]
         marker = {"color": COLOURS[end], "size": 6 if word == "after" else 4, "symbol": symbol}
@@ -251,7 +248,7 @@ def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str]) -
             go.Scatter3d(
                 x=[x], y=[y], z=[z], mode="markers", marker=marker, name=end, meta=word,
                 showlegend=word == "after", legendgroup=end, customdata=data[[index]],
-                hovertemplate=f"{end} {told}{place}",
+                hovertemplate=f"{end} {told}",
             ), 1, 1,
         )  # fmt: skip
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, MissingExtra
+from ovita.errors import FormatError, needs
 from ovita.io import atomic_write
 from ovita.limits import ConstraintCheck
 from ovita.measure import compare
@@ -22,7 +22,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, FACES, OBJECT_COLOURS, Extent, View, axis_of, axis_word, workspace_lines
 
-try:
+with needs("matplotlib", "plot"):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import PolyCollection
     from matplotlib.figure import Figure
@@ -30,8 +30,6 @@ try:
     from matplotlib.lines import Line2D
     from matplotlib.ticker import MaxNLocator
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # type: ignore[import-untyped]
-except ImportError:
-    raise MissingExtra("matplotlib", "plot") from None
 
 _SUFFIXES = (".png", ".svg", ".pdf")
 _SIZE = (10.0, 9.0)
@@ -107,8 +105,8 @@ def _workspace(canvas: Canvas, robot: Robot | None, shown: Extent) -> bool:
     if robot is None or robot.workspace is None:
         return False
     lines = canvas.workspace_lines(robot.workspace)
-    for i, line in enumerate(lines):
-        canvas.line(line, color=COLOURS["workspace"], lw=0.8, alpha=0.55, label="" if i else "workspace")
+    for line in lines:
+        canvas.line(line, color=COLOURS["workspace"], lw=0.8, alpha=0.55, label="workspace")
     return bool(lines)
 
 
@@ -116,13 +114,10 @@ def _paths(
     canvas: Canvas, original: Trajectory, adapted: Trajectory, proposed: Trajectory | None, scene: Scene
 ) -> None:
     changes = compare(original, adapted, scene)
-    told = set()
     for stretch in [] if changes.speed.everywhere else changes.speed.ranges:
         word = "slower" if stretch.speed.change < 0 else "faster"
         span = slice(max(stretch.first - 1, 0), stretch.last + 2)
-        label = "" if word in told else word
-        told.add(word)
-        canvas.line(adapted.positions[span], color=COLOURS[word], lw=9, alpha=0.4, label=label, cap="butt")
+        canvas.line(adapted.positions[span], color=COLOURS[word], lw=9, alpha=0.4, label=word, cap="butt")
     dots: dict[str, Any] = {"marker": "o", "ms": 2.5} if len(original) <= 150 else {}
     canvas.line(original.positions, color=COLOURS["before"], lw=3.2, alpha=0.55, label="before", **dots)
     if proposed is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hmac
-import os
 import secrets
 import threading
 import time
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ovita.errors import FormatError, OvitaError, RequestError
-from ovita.io.files import Journal, is_address, is_bag
+from ovita.io.files import Journal, is_address, is_bag, state_folder
 from ovita.paths.robot import PRESETS, Robot, preset_name
 from ovita.text import clean_text, shortened
 
@@ -161,12 +160,13 @@ class AccessRules:
     def _inside(self, name: str, folders: Sequence[Path], option: str) -> Path:
         if not folders:
             raise NotAllowed(f"files are out of reach: the server was started without {option}")
-        if is_address(name) or "\0" in name or not name.strip():
-            raise NotAllowed(f"{shortened(name)} names no file")
         try:
-            real = [(folder / name).resolve() for folder in folders]
+            nameless = is_address(name) or "\0" in name or not name.strip()
+            real = [] if nameless else [(folder / name).resolve() for folder in folders]
         except (OSError, RuntimeError, ValueError):
-            raise NotAllowed(f"{shortened(name)} names no file") from None
+            real = []
+        if not real:
+            raise NotAllowed(f"{shortened(name)} names no file")
         inside = [path for path in real if _within(path, folders)]
         if not inside:
             raise NotAllowed(f"{shortened(name)} is outside of the allowed folders")
@@ -344,6 +344,5 @@ class Caller:
 
 
 def default_folder() -> Path:
-    """Where tasks and the audit log are kept: ovita/serve in the user's state folder (XDG_STATE_HOME)."""
-    state = os.environ.get("XDG_STATE_HOME", "").strip()
-    return (Path(state) if state else Path.home() / ".local" / "state") / "ovita" / "serve"
+    """Where tasks and the audit log are kept: serve in the user's state folder."""
+    return state_folder() / "serve"

@@ -52,49 +52,44 @@ class Door:
         """Refuse a request or pass it on with its owner."""
         if scope["type"] == "lifespan":
             await self.inner(scope, receive, send)
-            return
-        if scope["type"] != "http":
+        elif scope["type"] != "http":
             await send({"type": "websocket.close", "code": 1008})
-            return
-        headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+        else:
+            headers = {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+            answer = await self._refusal(scope, headers)
+            if answer is None and scope["method"] not in ("GET", "DELETE"):
+                body = await _body(headers.get("content-length", ""), receive, self.most)
+                receive = _again(body or b"", receive)
+                if body is None:
+                    answer = _answer(413, f"the request is larger than {self.most} bytes, the most allowed")
+            await (answer or self.inner)(scope, receive, send)
+
+    async def _refusal(self, scope: Any, headers: Mapping[str, str]) -> Any:
+        """The answer to a request that may not come in, or None; otherwise the scope says whose it is."""
         refusal = self.hosts.refusal(headers.get("host", ""), headers.get("origin"))
         if refusal:
-            await _answer(403, refusal)(scope, receive, send)
-            return
-        owner = self.tokens.owner(headers.get("authorization", ""))
-        if owner is None and scope["path"] not in OPEN:
-            await asyncio.sleep(_WRONG_TOKEN_DELAY)
-            said = _answer(401, "bring the token that the server printed: Authorization: Bearer TOKEN")
-            said.headers["WWW-Authenticate"] = "Bearer"
-            await said(scope, receive, send)
-            return
-        scope[SERVE_OWNER] = owner
-        if scope["method"] in ("GET", "DELETE"):
-            await self.inner(scope, receive, send)
-            return
-        declared = headers.get("content-length", "")
-        too_large = declared.isdigit() and int(declared[:20]) > self.most
-        body = None if too_large else await _body(receive, self.most)
-        if body is None:
-            await _answer(413, f"the request is larger than {self.most} bytes, the most allowed")(scope, receive, send)
-            return
-        await self.inner(scope, _again(body, receive), send)
-
-
-async def _body(receive: Any, most: int) -> bytes | None:
-    """The whole body of a request, or None if it is larger than `most`."""
-    parts: list[bytes] = []
-    size = 0
-    while True:
-        message = await receive()
-        if message["type"] != "http.request":
-            return b"".join(parts)
-        size += len(message.get("body", b""))
-        if size > most:
+            return _answer(403, refusal)
+        scope[SERVE_OWNER] = self.tokens.owner(headers.get("authorization", ""))
+        if scope[SERVE_OWNER] is not None or scope["path"] in OPEN:
             return None
-        parts.append(message.get("body", b""))
-        if not message.get("more_body", False):
-            return b"".join(parts)
+        await asyncio.sleep(_WRONG_TOKEN_DELAY)
+        said = _answer(401, "bring the token that the server printed: Authorization: Bearer TOKEN")
+        said.headers["WWW-Authenticate"] = "Bearer"
+        return said
+
+
+async def _body(declared: str, receive: Any, most: int) -> bytes | None:
+    """The whole body of a request, or None if it is larger than `most`."""
+    if declared.isdigit() and int(declared[:20]) > most:
+        return None
+    body, more = b"", True
+    while more:
+        message = await receive()
+        body += message.get("body", b"")
+        more = bool(message.get("more_body", False))
+        if len(body) > most:
+            return None
+    return body
 
 
 def _again(body: bytes, receive: Any) -> Any:

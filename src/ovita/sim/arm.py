@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.errors import RobotError
+from ovita.paths.geometry import Mask
 from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.models import ArmLimits, RobotModel
@@ -23,7 +24,7 @@ from ovita.sim.timing import (
     stretches,
     timed,
 )
-from ovita.sim.world import PREFIX, SimWorld
+from ovita.sim.world import SimWorld
 
 Orientation = Literal["auto", "free", "keep"]
 
@@ -102,12 +103,10 @@ class Arm:
             done.append(timed(piece.arc, piece.where, path, piece.speeds, velocity, acceleration))
         plan = joined(done, self.stage.model.opt.timestep)
         limits: list[Touched] = []
-        low, high = self.stage.model.jnt_range.T
-        for j in range(self.stage.model.njnt):
-            name = self.stage.model.joint(j).name[len(PREFIX) :]
-            near = (plan.coordinates[:, j] < low[j] + 1e-3) | (plan.coordinates[:, j] > high[j] - 1e-3)
-            limits += stretches(f"{name} position", near & bool(self.stage.model.jnt_limited[j]), plan.where)
-            limits += stretches(f"{name} speed", np.abs(plan.rates[:, j]) > 0.98 * velocity[j], plan.where)
+        at_end, fast = _at_limit(self.stage, plan.coordinates), np.abs(plan.rates) > 0.98 * velocity
+        for j, name in enumerate(self.stage.joints):
+            limits += stretches(f"{name} position", at_end[:, j], plan.where)
+            limits += stretches(f"{name} speed", fast[:, j], plan.where)
         return ControlPlan(plan, unreachable, tuple(limits))
 
 
@@ -136,36 +135,38 @@ class Kinematics:
 
     def choose(self) -> tuple[Array, tuple[Unreachable, ...]]:
         """Joints (J,) [rad] at the start of the best posture, and the waypoints that it cannot reach."""
-        best: tuple[int, int, float, Array, Array, Array] | None = None
-        turns = self.trajectory.orientations
+        points = self.trajectory.positions
+        best: tuple[tuple[int, int, float], Array, Array, Array] | None = None
         for posture in self.postures:
-            self._rest = posture
-            self._posture.set_target(posture)
-            self._held = None
-            turn = turns[0] if self.turned and turns is not None else None
-            first = self._solve(self.trajectory.positions[0], turn, posture, 200, settle=1e-6)
-            if self.keep:
-                self.configuration.update(first)
-                self._held = self._turn()
-            path = self.follow(self.trajectory.positions, self.trajectory.orientations, first)
-            left = np.array([self._miss(q, p) for q, p in zip(path, self.trajectory.positions, strict=True)])
+            path = self._from(posture)
+            left = np.array([self._miss(q, p) for q, p in zip(path, points, strict=True)])
             missed, struck = int((left > NEAR).sum()), sum(self._struck(q) for q in path)
-            travel = float(np.abs(np.diff(path, axis=0)).max(axis=1).sum())
-            if best is None or (missed, struck, travel) < best[:3]:
-                best = (missed, struck, travel, path, left, posture)
+            cost = missed, struck, float(np.abs(np.diff(path, axis=0)).max(axis=1).sum())
+            if best is None or cost < best[0]:
+                best = cost, path, left, posture
             if missed == struck == 0:
                 break
         assert best is not None
-        *_, path, left, posture = best
+        _, path, left, self._rest = best
+        self._hold(path[0])
+        far = np.flatnonzero(left > NEAR).tolist()
+        return path[0], tuple(Unreachable(i, float(left[i]), self._reason(path[i], points[i])) for i in far)
+
+    def _from(self, posture: Array) -> Array:
+        """Joints (N, J) [rad] along the trajectory, begun near a posture."""
+        points, turns = self.trajectory.positions, self.trajectory.orientations
         self._rest = posture
+        self._posture.set_target(posture)
+        turn = turns[0] if self.turned and turns is not None else None
+        first = self._solve(points[0], turn, posture, 200, settle=1e-6)
+        self._hold(first)
+        return self.follow(points, turns, first)
+
+    def _hold(self, joints: Array) -> None:
+        """Keep the tip turned as it is with these joints, if it is to be kept."""
         if self.keep:
-            self.configuration.update(path[0])
+            self.configuration.update(joints)
             self._held = self._turn()
-        reasons = tuple(
-            Unreachable(int(i), float(left[i]), self._reason(path[i], self.trajectory.positions[i]))
-            for i in np.nonzero(left > NEAR)[0]
-        )
-        return path[0], reasons
 
     def follow(self, points: Array, turns: Array | None, start: Array) -> Array:
         """Joints (M, J) [rad] along points (M, 3) [m] with orientations (M, 4), each solved from the one before."""
@@ -235,15 +236,16 @@ class Kinematics:
         distance = float(np.linalg.norm(point - self.configuration.data.xanchor[shoulder]))
         if distance > reach:
             return f"it is {distance:.3f} m from the shoulder and the arm is {reach:.3f} m long"
-        low, high = self.stage.model.jnt_range.T
-        stuck = [
-            self.stage.model.joint(j).name[len(PREFIX) :]
-            for j in range(self.stage.model.njnt)
-            if self.stage.model.jnt_limited[j] and (joints[j] < low[j] + 1e-3 or joints[j] > high[j] - 1e-3)
-        ]
+        stuck = [name for name, at_end in zip(self.stage.joints, _at_limit(self.stage, joints), strict=True) if at_end]
         if stuck:
             return f"joint {', '.join(stuck)} at its limit"
         return f"it is {distance:.3f} m from the shoulder, and no posture of the arm brings its tip there"
+
+
+def _at_limit(stage: SimWorld, joints: Array) -> Mask:
+    """Which joints (..., J) are at an end of their range."""
+    low, high = stage.model.jnt_range.T
+    return np.asarray(((joints < low + 1e-3) | (joints > high - 1e-3)) & (stage.model.jnt_limited > 0))
 
 
 def _check(robot: RobotModel, limits: ArmLimits, joints: int) -> None:

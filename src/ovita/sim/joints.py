@@ -83,7 +83,7 @@ def joints_of_arm(model: RobotModel, stage: SimWorld, asked: str | None = None) 
     Raises:
         RobotError: If the names do not fit the joints.
     """
-    own = tuple(stage.model.joint(j).name.removeprefix(PREFIX) for j in range(stage.model.njnt))
+    own = stage.joints
     others = [spelled(own, text) for text in (*model.joint_names, *model.aliases)]
     sent = spelled(own, asked) if asked else others[0] if model.joint_names else own
     limited = zip(stage.model.jnt_limited, stage.model.jnt_range.tolist(), strict=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -11,6 +12,7 @@ import numpy as np
 
 from ovita.errors import FormatError, RobotError
 from ovita.io.files import read_text
+from ovita.paths.trajectory import Array
 from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip
 from ovita.text import listed
 
@@ -102,13 +104,13 @@ def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     if not joints or any(joint.type not in turning for joint in joints):
         raise RobotError(f"{robot.model}: no chain of hinges leads from its base to the tip; name the tip: --tip NAME")
     kept = {joint.name for joint in joints}
-    for key in list(spec.keys):
-        spec.delete(key)
+    loose = list(spec.keys)
     if len(kept) < len(list(spec.joints)):
         things = (*spec.equalities, *spec.sensors, *spec.actuators, *spec.tendons)
-        loose = [thing for thing in things if getattr(thing, "target", None) not in kept]
-        for thing in (*loose, *(joint for joint in spec.joints if joint.name not in kept)):
-            spec.delete(thing)
+        loose += [thing for thing in things if getattr(thing, "target", None) not in kept]
+        loose += [joint for joint in spec.joints if joint.name not in kept]
+    for thing in loose:
+        spec.delete(thing)
     return joints
 
 
@@ -176,15 +178,12 @@ def _part(spec: Any, robot: RobotModel) -> None:
 
     MuJoCo itself excludes other neighbours, but not those of a body that is fixed to the world.
     """
-    bodies = {body.name: body for body in spec.bodies if body.name != "world"}
-    fixed = [body for body in bodies.values() if not any(link.joints for link in _to_base(body))]
-    first = [b for b in bodies.values() if sum(bool(link.joints) for link in _to_base(b)) == 1]
-    pairs = {(a.name, b.name) for a in fixed for b in first}
-    for pair in robot.ignore_contacts:
-        for name in pair:
-            if name not in bodies:
-                raise RobotError(f"{robot.model}: has no link {name!r}; its links are {listed(sorted(bodies))}")
-        pairs.add((pair[0], pair[1]))
+    moved = {b.name: sum(bool(link.joints) for link in _to_base(b)) for b in spec.bodies if b.name != "world"}
+    for name in (name for pair in robot.ignore_contacts for name in pair):
+        if name not in moved:
+            raise RobotError(f"{robot.model}: has no link {name!r}; its links are {listed(sorted(moved))}")
+    fixed, first = ([name for name, joints in moved.items() if joints == count] for count in (0, 1))
+    pairs = {*product(fixed, first), *robot.ignore_contacts}
     there = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
     for a, b in sorted(pairs):
         if a and b and frozenset((a, b)) not in there:
@@ -235,28 +234,31 @@ def _arm_of(path: Path, spec: Any, tip: str) -> RobotModel:
     from scipy.stats import qmc
 
     wide = RobotModel(path.stem, path.stem, path, "arm", tip, ArmLimits((), (), ()))
-    home = next((np.array(key.qpos) for key in spec.keys if len(key.qpos)), None)
+    home = next((np.array(key.qpos) for key in spec.keys if len(key.qpos)), np.zeros(0))
     every = [joint.name for joint in spec.joints]
-    kept = [(joint.name, np.array(joint.range)) for joint in _keep_chain(spec, wide)]
+    joints = _keep_chain(spec, wide)
+    names = [joint.name for joint in joints]
+    low, high = _ranges(joints, in_degrees=spec.compiler.degree and path.suffix.lower() != ".urdf")
+    points = qmc.Halton(len(joints), scramble=False).random(POSTURES + 1)[1:]
+    rows = [0.5 * (low + high) + 0.25 * (high - low) * (2.0 * point - 1.0) for point in points]
+    if len(home) == len(every):
+        rows.insert(0, home[[every.index(name) for name in names]])
+    postures = tuple(tuple(row) for row in np.clip(rows, low, high).tolist())
     stated = _urdf_speeds(path)
-    speeds = tuple(stated.get(name, SPEED) for name, _ in kept)
-    low = np.array([r[0] if r[1] > r[0] else -np.pi for _, r in kept])
-    high = np.array([r[1] if r[1] > r[0] else np.pi for _, r in kept])
-    if spec.compiler.degree and path.suffix.lower() != ".urdf":
-        low, high = (np.where([r[1] > r[0] for _, r in kept], np.radians(x), x) for x in (low, high))
-    low, high = np.maximum(low, -np.pi), np.minimum(high, np.pi)
-    middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    points = qmc.Halton(len(kept), scramble=False).random(POSTURES + 1)[1:]
-    rows = [middle + half * 0.5 * (2.0 * point - 1.0) for point in points]
-    if home is not None and len(home) == len(every):
-        rows.insert(0, home[[every.index(name) for name, _ in kept]])
-    postures = tuple(tuple(float(q) for q in np.clip(row, low, high)) for row in rows)
-    unknown = [name for name, _ in kept if name not in stated]
+    speeds = tuple(stated.get(name, SPEED) for name in names)
+    unknown = len(set(names) - stated.keys())
     notes = [f"The tip is {tip!r}; accelerations are assumed: every joint reaches its speed in {1 / PICKUP:g} s."]
     if unknown:
-        notes.append(f"The model states no speed of {len(unknown)} joints; {SPEED:g} rad/s is assumed.")
+        notes.append(f"The model states no speed of {unknown} joints; {SPEED:g} rad/s is assumed.")
     limits = ArmLimits(speeds, tuple(PICKUP * v for v in speeds), postures)
     return RobotModel(path.stem, path.stem, path, "arm", tip, limits, 0.001, 0.002, 0.004, notes=tuple(notes))
+
+
+def _ranges(joints: Sequence[Any], *, in_degrees: bool) -> tuple[Array, Array]:
+    """How far each joint (J,) goes down and up [rad], at most half a turn; that where nothing is stated."""
+    low, high = np.array([joint.range for joint in joints], dtype=float).T * (np.pi / 180.0 if in_degrees else 1.0)
+    open_ = high <= low
+    return np.maximum(np.where(open_, -np.pi, low), -np.pi), np.minimum(np.where(open_, np.pi, high), np.pi)
 
 
 def _guessed_tip(spec: Any) -> str:

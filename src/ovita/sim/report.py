@@ -13,7 +13,7 @@ from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.sim.models import RobotModel
 from ovita.sim.placement import Base
 from ovita.sim.timing import ControlPlan, Touched, Unreachable, stretches
-from ovita.text import listed
+from ovita.text import counted, length, listed, waypoints
 
 Status = Literal["followed", "slowed", "contact", "off course", "unreachable"]
 FAILED: tuple[Status, ...] = ("contact", "off course", "unreachable")
@@ -55,6 +55,12 @@ class Contact:
     def told(self) -> str:
         """What is touched, in words."""
         return f"{self.name} ({listed(self.links)})" if self.links else self.name
+
+    @property
+    def sentence(self) -> str:
+        """What is touched, where, when and how deep."""
+        meant, where = ", as meant" if self.meant else "", waypoints(self.first, self.last)
+        return f"Contact with {self.told}{meant}: {where}, from {self.start:.2f} s, {length(self.depth)} deep."
 
 
 @dataclass(frozen=True)
@@ -105,37 +111,31 @@ class Report:
         t = self.tracking
         where = " where it can be reached" if self.unreachable else ""
         said.append(
-            f"Tracking error {_length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)}), at most {_length(t.max)} "
+            f"Tracking error {length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)}), at most {length(t.max)} "
             f"near waypoint {t.waypoint + 1} ({_within(t.max, self.peak_tolerance)})."
         )
         if self.orientation_error is not None:
             said.append(f"The orientation is off by at most {np.degrees(self.orientation_error):.1f} degrees.")
         said.append(_duration(self))
         said += [
-            f"Limit reached: {t.limit}, {_waypoints(t.first, t.last)}, {100 * t.share:.0f} % of the time."
+            f"Limit reached: {t.limit}, {waypoints(t.first, t.last)}, {100 * t.share:.0f} % of the time."
             for t in self.limits
         ]
         said += ["No limit of the robot itself was reached."] * (not self.limits)
-        said += ["It touches nothing."] * (not self.contacts)
-        for c in self.contacts:
-            meant = ", as meant" if c.meant else ""
-            said.append(
-                f"Contact with {c.told}{meant}: {_waypoints(c.first, c.last)}, from {c.start:.2f} s, "
-                f"{_length(c.depth)} deep."
-            )
+        said += [c.sentence for c in self.contacts] or ["It touches nothing."]
         return (*said, *self.notes)
 
 
 def _within(error: float, tolerance: float) -> str:
-    return f"{'within' if error <= tolerance else 'beyond'} the tolerance of {_length(tolerance)}"
+    return f"{'within' if error <= tolerance else 'beyond'} the tolerance of {length(tolerance)}"
 
 
 def _unreachable(items: tuple[Unreachable, ...]) -> str:
     worst = max(items, key=lambda item: item.distance)
     indices = [item.waypoint + 1 for item in items]
     return (
-        f"{len(items)} waypoint{'s' if len(items) > 1 else ''} cannot be reached ({_ranges(indices)}); the worst is "
-        f"waypoint {worst.waypoint + 1}, {_length(worst.distance)} away: {worst.reason}."
+        f"{counted(len(items), 'waypoint')} cannot be reached ({_ranges(indices)}); the worst is "
+        f"waypoint {worst.waypoint + 1}, {length(worst.distance)} away: {worst.reason}."
     )
 
 
@@ -155,14 +155,6 @@ def _ranges(indices: list[int]) -> str:
         else:
             parts.append([i, i])
     return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in parts)
-
-
-def _waypoints(first: int, last: int) -> str:
-    return f"waypoint {first + 1}" if first == last else f"waypoints {first + 1} to {last + 1}"
-
-
-def _length(metres: float) -> str:
-    return f"{metres * 1e3:.2g} mm" if metres < 0.01 else f"{metres * 1e2:.1f} cm" if metres < 1 else f"{metres:.2f} m"
 
 
 LATE = 1.05
@@ -190,14 +182,7 @@ class Log:
 
 
 def assess(
-    model: RobotModel,
-    intent: ControlPlan,
-    log: Log,
-    path: Trajectory,
-    base: Base,
-    *,
-    oriented: bool,
-    meant: set[str],
+    model: RobotModel, intent: ControlPlan, log: Log, path: Trajectory, base: Base, *, oriented: bool, meant: set[str]
 ) -> Report:
     """Compare the recorded motion with the trajectory, which is in the simulator's coordinates.
 

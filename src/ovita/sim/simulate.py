@@ -167,13 +167,13 @@ def place(trajectories: Sequence[Trajectory], scene: Scene, robot: Name, limits:
     return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world), world)[0])
 
 
-def require() -> None:
-    """Check that the simulator is installed.
+def require(*packages: str) -> None:
+    """Check that packages of the extra `sim` are installed; without a name, the simulator's.
 
     Raises:
-        MissingExtra: If a package of the extra `sim` is not.
+        MissingExtra: If one is not.
     """
-    for package in ("mujoco", "toppra", "mink", "daqp"):
+    for package in packages or ("mujoco", "toppra", "mink", "daqp"):
         with needs(package, "sim"):
             __import__(package)
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ovita.errors import FormatError, needs
+from ovita.errors import FormatError
 from ovita.io.files import atomic_write
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import render
 from ovita.sim.placement import WorldTransform
-from ovita.sim.simulate import Simulation
+from ovita.sim.simulate import Simulation, require
 from ovita.sim.world import BOX_GROUP, SimWorld
 
 SMALL = 0.08
@@ -108,9 +108,7 @@ def check_video(path: str) -> None:
         raise FormatError(path, "this is a folder; name a file in it")
     if not os.access(folder, os.W_OK):
         raise FormatError(path, "no permission to write here; choose another folder")
-    for package in ("PIL", "matplotlib", "imageio_ffmpeg"):
-        with needs(package, "sim"):
-            __import__(package)
+    require("PIL", "matplotlib", "imageio_ffmpeg")
     if render.backend() == "disable":
         raise render.NoRenderer
 

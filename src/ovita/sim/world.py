@@ -11,7 +11,7 @@ import numpy as np
 from ovita.errors import RobotError
 from ovita.limits.problem import is_support
 from ovita.paths.robot import Box, Robot
-from ovita.paths.scene import Scene, matrix
+from ovita.paths.scene import Scene, SceneObject, matrix
 from ovita.paths.trajectory import Array, nlerp
 from ovita.sim.model_files import add_tip, make_arm, read_spec
 from ovita.sim.models import ArmLimits, RobotModel, Tip
@@ -133,6 +133,11 @@ class SimWorld:
     spec: Any
     stand: Array
 
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The names of the robot's joints."""
+        return tuple(self.model.joint(j).name.removeprefix(PREFIX) for j in range(self.model.njnt))
+
     def shoulder(self) -> tuple[int, float, float]:
         """Of an arm: its shoulder, the shoulder's height and the arm's length [m].
 
@@ -182,13 +187,7 @@ class SimWorld:
 
 
 def build(
-    robot: RobotModel,
-    scene: Scene,
-    base: Base,
-    ground: float,
-    *,
-    solid: bool = False,
-    workspace: Robot | None = None,
+    robot: RobotModel, scene: Scene, base: Base, ground: float, *, solid: bool = False, workspace: Robot | None = None
 ) -> SimWorld:
     """Put a robot and a scene into one world.
 
@@ -205,18 +204,17 @@ def build(
     world.modelname = robot.name
     for key in _OPTIONS:
         setattr(world.option, key, getattr(child.option, key))
-    fixed = robot.controller == "arm"
+    fixed, rolls = robot.controller == "arm", robot.controller == "rover"
     half = 0.5 * base.yaw
-    stand = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    if fixed:
-        stand = np.array([base.x, base.y, base.z, np.cos(half), 0.0, 0.0, np.sin(half)])
+    pose = (base.x, base.y, base.z, np.cos(half), 0.0, 0.0, np.sin(half))
+    stand = np.array(pose if fixed else (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
     frame = world.worldbody.add_frame(pos=stand[:3], quat=stand[3:])
     world.attach(child, frame=frame, prefix=PREFIX)
-    rolls = robot.controller == "rover"
-    _furnish(world, scene, base if fixed else None, ground, solid)
-    for geom in world.geoms if rolls else ():  # a rover stands on the simulator's own floor, not on supports
-        if geom.name in {f"object/{i}" for i, item in enumerate(scene) if is_support(item)}:
-            geom.contype = geom.conaffinity = 0
+    _furnish(world, base if fixed else None, ground)
+    bulky = [(f"object/{i}", i, item) for i, item in enumerate(scene) if float(np.prod(item.size)) > 0]
+    for name, i, item in bulky:
+        felt = not (rolls and is_support(item))  # a rover stands on the simulator's own floor, not on supports
+        _add_object(world, name, item, _COLORS[i % len(_COLORS)], solid=solid, felt=felt)
     if workspace is not None and workspace.workspace is not None:
         _show(world, workspace)
     try:
@@ -227,11 +225,10 @@ def build(
     if tip < 0:
         raise RobotError(f"{robot.model}: has no site {_tip_name(robot)!r} for the tip")
     names = [model.body(i).name for i in range(model.nbody)]
-    bodies = [i for i, name in enumerate(names) if name.startswith(PREFIX)]
-    found = {model.geom(f"object/{i}").id: item.name for i, item in enumerate(scene) if float(np.prod(item.size)) > 0}
-    own = tuple(names[i][len(PREFIX) :] for i in bodies)
-    floor = model.geom("floor").id
-    return SimWorld(model, tip, tuple(bodies), own, found, floor, ground, rolls, robot.name, world, stand)
+    bodies = tuple(i for i, name in enumerate(names) if name.startswith(PREFIX))
+    own = tuple(names[i].removeprefix(PREFIX) for i in bodies)
+    found = {model.geom(name).id: item.name for name, _, item in bulky}
+    return SimWorld(model, tip, bodies, own, found, model.geom("floor").id, ground, rolls, robot.name, world, stand)
 
 
 def _load(robot: RobotModel) -> Any:
@@ -247,7 +244,8 @@ def _tip_name(robot: RobotModel) -> str:
     return "tip" if isinstance(robot.tip, Tip) else robot.tip
 
 
-def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: bool) -> None:
+def _furnish(world: Any, base: Base | None, ground: float) -> None:
+    """Light, sky, the floor, and a pedestal where an arm stands above it."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -276,26 +274,19 @@ def _furnish(world: Any, scene: Scene, base: Base | None, ground: float, solid: 
     floor.material = "tiles"
     if base is not None and base.z - ground > 0.01:
         tall = 0.5 * (base.z - ground)
-        world.worldbody.add_geom(
-            type=kinds.mjGEOM_BOX,
-            size=[0.13, 0.13, tall],
-            pos=[base.x, base.y, ground + tall],
-            rgba=[0.55, 0.57, 0.6, 1],
-            contype=0,
-            conaffinity=0,
-        )
-    for i, item in enumerate(scene):
-        if float(np.prod(item.size)) <= 0:
-            continue
-        body = world.worldbody.add_body(name=f"object/{i}", pos=item.position, quat=item.orientation)
-        body.add_geom(
-            name=f"object/{i}",
-            type=kinds.mjGEOM_BOX,
-            size=0.5 * item.size,
-            rgba=[*_COLORS[i % len(_COLORS)], 1.0 if solid else 0.85],
-            margin=0.0 if solid else -10.0,
-            gap=0.0 if solid else 10.0,
-        )
+        look = {"rgba": [0.55, 0.57, 0.6, 1], "contype": 0, "conaffinity": 0}
+        place, size = [base.x, base.y, ground + tall], [0.13, 0.13, tall]
+        world.worldbody.add_geom(type=kinds.mjGEOM_BOX, size=size, pos=place, **look)
+
+
+def _add_object(world: Any, name: str, item: SceneObject, color: Vector, *, solid: bool, felt: bool) -> None:
+    import mujoco
+
+    body = world.worldbody.add_body(name=name, pos=item.position, quat=item.orientation)
+    geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=0.5 * item.size)
+    geom.rgba, geom.margin, geom.gap = ([*color, 1.0], 0.0, 0.0) if solid else ([*color, 0.85], -10.0, 10.0)
+    if not felt:
+        geom.contype = geom.conaffinity = 0
 
 
 def _show(world: Any, robot: Robot) -> None:
@@ -304,18 +295,14 @@ def _show(world: Any, robot: Robot) -> None:
 
     space = robot.workspace
     assert space is not None
-    look: dict[str, Any] = {"rgba": [0.2, 0.5, 0.9, 0.05], "contype": 0, "conaffinity": 0}
+    look: dict[str, Any] = {"name": "workspace", "rgba": [0.2, 0.5, 0.9, 0.05], "contype": 0, "conaffinity": 0}
     if isinstance(space, Box):
         low, high = np.array(space.lower), np.array(space.upper)
-        look["group"] = BOX_GROUP
-        half = np.maximum(0.5 * (high - low), 1e-3)
-        world.worldbody.add_geom(
-            name="workspace", type=mujoco.mjtGeom.mjGEOM_BOX, size=half, pos=0.5 * (low + high), **look
-        )
+        look |= {"type": mujoco.mjtGeom.mjGEOM_BOX, "group": BOX_GROUP, "pos": 0.5 * (low + high)}
+        look["size"] = np.maximum(0.5 * (high - low), 1e-3)
     else:
-        world.worldbody.add_geom(
-            name="workspace", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[space.r_max, 0, 0], pos=space.center, **look
-        )
+        look |= {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [space.r_max, 0, 0], "pos": space.center}
+    world.worldbody.add_geom(**look)
 
 
 def _shape(model: Any, geom: int, body: int) -> Shape:

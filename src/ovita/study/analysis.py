@@ -6,7 +6,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -182,16 +182,11 @@ def screen(ratings: Sequence[Rating], *, attention: float = ATTENTION) -> Screen
     `attention` is a share, 0..1; ratings are in the order in which they were given.
     """
     mixed = {r.pilot for r in ratings} == {True, False}
-    reasons = ["pilot" if mixed and r.pilot else "" for r in ratings]
-    checks: dict[str, list[float]] = defaultdict(list)
-    for r, reason in zip(ratings, reasons, strict=True):
-        if r.question == "attention" and not reason:
-            checks[r.participant].append(float(r.value))
-    careless = {who for who, passed in checks.items() if sum(passed) / len(passed) <= attention}
+    counted = [r for r in ratings if not (mixed and r.pilot)]
+    passed = means(_asked(counted, "attention"), lambda r: r.question).get("attention", {})
+    careless = {who for who, share in passed.items() if share <= attention}
     last = {_subject(r): i for i, r in enumerate(ratings)}
-    for i, r in enumerate(ratings):
-        if not reasons[i]:
-            reasons[i] = _reason(r, careless, last[_subject(r)] != i)
+    reasons = [_reason(r, careless, mixed, last[_subject(r)] != i) for i, r in enumerate(ratings)]
     return Screened(tuple(ratings), tuple(reasons), attention)
 
 
@@ -244,7 +239,9 @@ def _contrast(
     return Contrast(question, factor, a, b, "Mann-Whitney", len(left) + len(right), difference, p, effect)
 
 
-def _reason(rating: Rating, careless: set[str], repeated: bool) -> str:
+def _reason(rating: Rating, careless: set[str], mixed: bool, repeated: bool) -> str:
+    if mixed and rating.pilot:
+        return "pilot"
     if rating.participant in careless:
         return "attention"
     if rating.phase == "rate" and rating.adapter == rating.participant:
@@ -265,18 +262,22 @@ def _condition(rating: Rating) -> str:
     return rating.condition
 
 
+def _sorted_by(ratings: Iterable[Rating], level: Callable[[Rating], str]) -> dict[str, list[Rating]]:
+    found: dict[str, list[Rating]] = defaultdict(list)
+    for rating in ratings:
+        found[level(rating)].append(rating)
+    return dict(sorted(found.items()))
+
+
 def _summaries(kept: Sequence[Rating]) -> Iterable[Summary]:
     groups = sorted({r.group for r in kept if r.group})
-    for question in LIKERT:
-        for phase in ("rate", "adapt"):
-            here = [r for r in _asked(kept, question) if r.phase == phase]
-            for condition in sorted({r.condition for r in here}):
-                mine = [r for r in here if r.condition == condition]
-                yield _summary(question, phase, condition, OVERALL, mine)
-                for group in groups if len(groups) > 1 else ():
-                    part = [r for r in mine if r.group == group]
-                    if part:
-                        yield _summary(question, phase, condition, group, part)
+    for question, phase in product(LIKERT, ("rate", "adapt")):
+        here = [r for r in _asked(kept, question) if r.phase == phase]
+        for condition, mine in _sorted_by(here, _condition).items():
+            yield _summary(question, phase, condition, OVERALL, mine)
+            for group, part in _sorted_by(mine, lambda r: r.group).items() if len(groups) > 1 else ():
+                if group:
+                    yield _summary(question, phase, condition, group, part)
 
 
 def _summary(question: str, phase: str, condition: str, group: str, mine: Sequence[Rating]) -> Summary:
@@ -330,10 +331,25 @@ def _agreements(rated: Sequence[Rating]) -> Iterable[tuple[str, str, Estimate]]:
 
 
 def _preferences(given: Sequence[Rating]) -> Preferred | None:
-    pairs = [(r.participant, *r.condition.split("|", 1), str(r.value)) for r in given if "|" in r.condition]
+    split = [(r, r.condition.split("|", 1)) for r in given if "|" in r.condition]
+    pairs = [(r.participant, a, b, str(r.value)) for r, (a, b) in split]
     if not pairs:
         return None
     names = sorted({name for _, a, b, _ in pairs for name in (a, b)})
+    wins, ties = _tallied(pairs, names)
+    fitted, n = _fit(names, wins.sum(0), ties.sum(0)), len(wins)
+    weights = np.random.default_rng(0).multinomial(n, np.full(n, 1 / n), RESAMPLES)
+    drawn = [_fit(names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
+    spread = zip(fitted.worth, *np.quantile(np.array(drawn), (0.025, 0.975), axis=0).tolist(), strict=True)
+    worth = tuple(Estimate(value, low, high, n) for value, low, high in spread)
+    total, even = wins.sum(0).astype(int).tolist(), ties.sum(0).astype(int).tolist()
+    two = combinations(enumerate(names), 2)
+    counts = {(a, b): (total[i][j], even[i][j], total[j][i]) for (i, a), (j, b) in two}
+    return Preferred(fitted, worth, {pair: count for pair, count in counts.items() if any(count)})
+
+
+def _tallied(pairs: Sequence[tuple[str, str, str, str]], names: Sequence[str]) -> tuple[Array, Array]:
+    """How often each person preferred one to another, and neither of two (people, k, k)."""
     place = {name: i for i, name in enumerate(names)}
     people = {who: i for i, who in enumerate(sorted({who for who, *_ in pairs}))}
     wins = np.zeros((len(people), len(names), len(names)))
@@ -342,20 +358,7 @@ def _preferences(given: Sequence[Rating]) -> Preferred | None:
         for first, second in ((a, b), (b, a)):
             ties[people[who], place[first], place[second]] += value == NONE
             wins[people[who], place[first], place[second]] += value == first
-    fitted = _fit(names, wins.sum(0), ties.sum(0))
-    rng = np.random.default_rng(0)
-    weights = rng.multinomial(len(people), np.full(len(people), 1 / len(people)), RESAMPLES)
-    drawn = [_fit(names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
-    low, high = np.quantile(np.array(drawn), (0.025, 0.975), axis=0)
-    spread = zip(fitted.worth, low, high, strict=True)
-    worth = tuple(Estimate(value, float(lo), float(hi), len(people)) for value, lo, hi in spread)
-    total, even = wins.sum(0), ties.sum(0)
-    counts = {
-        (a, b): (int(total[i, j]), int(even[i, j]), int(total[j, i]))
-        for (i, a), (j, b) in combinations(enumerate(names), 2)
-        if total[i, j] + total[j, i] + even[i, j]
-    }
-    return Preferred(fitted, worth, counts)
+    return wins, ties
 
 
 def _fit(names: Sequence[str], wins: Array, ties: Array) -> Strengths:
@@ -377,16 +380,16 @@ def _scores(kept: Sequence[Rating]) -> Iterable[Score]:
             if r.question.startswith(prefix):
                 forms[r.condition][r.participant, r.phase][r.question] = float(r.value)
         for condition, filled in sorted(forms.items()):
-            whole = {who: form for who, form in filled.items() if len(form) == number}
-            yield Score(instrument, condition, _of_people({who: score(form) for who, form in whole.items()}))
-            for scale in sorted({name for form in whole.values() for name in form}) if prefix == "tlx_" else ():
-                scales = {who: form[scale] for who, form in whole.items()}
-                yield Score(f"TLX {scale.removeprefix(prefix)}", condition, _of_people(scales))
+            whole = [(who, form) for (who, _), form in filled.items() if len(form) == number]
+            yield Score(instrument, condition, _of_people((who, score(form)) for who, form in whole))
+            for scale in sorted(whole[0][1]) if whole and prefix == "tlx_" else ():
+                mean = _of_people((who, form[scale]) for who, form in whole)
+                yield Score(f"TLX {scale.removeprefix(prefix)}", condition, mean)
 
 
-def _of_people(values: Mapping[tuple[str, str], float]) -> Estimate:
+def _of_people(values: Iterable[tuple[str, float]]) -> Estimate:
     people: dict[str, list[float]] = defaultdict(list)
-    for (who, _), value in values.items():
+    for who, value in values:
         people[who].append(value)
     return statistics.mean_of_people([sum(v) / len(v) for v in people.values()])
 

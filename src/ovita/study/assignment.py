@@ -139,21 +139,20 @@ class _Layout:
         adapted = self._fewest("adapted", [i for i in self.items if i not in rated], design.adapt.items, group)
         chance.shuffle(rated)
         letters = dict(zip(self.conditions, chance.sample(LETTERS, len(self.conditions)), strict=True))
-        pages = [StudyPage("", "introduction", "adapt" if adapted else "rate", 0)]
         shown = {"on": (True,), "off": (False,), "both": (True, False)}[design.explanation]
+        early = [name for name in design.questionnaires if name == "tlx" and adapted]
+        late = [name for name in design.questionnaires if name not in early]
+        pages = [StudyPage("", "introduction", "adapt" if adapted else "rate", 0)]
         for item in adapted:
             told = self._even("told in adapting", shown, number, item)
             pages.append(StudyPage("", "adapt", "adapt", 0, item, explanation=told))
-        workload = [StudyPage("", name, "adapt" if name == "tlx" and adapted else "rate", 0)
-                    for name in design.questionnaires]  # fmt: skip
-        pages += [page for page in workload if page.phase == "adapt"]
+        pages += [StudyPage("", name, "adapt", 0) for name in early]
         blocks = [self._block(item, number, shown) for item in rated]
         pages += [page for block in self._with_checks(blocks) for page in block]
         for _ in range(design.adapt.judging):
             told = self._even("told in judging", shown, number, "")
             pages.append(StudyPage("", "judge", "rate", 0, explanation=told))
-        pages += [page for page in workload if page.phase == "rate"]
-        pages.append(StudyPage("", "closing", "rate", 0))
+        pages += [StudyPage("", name, "rate", 0) for name in (*late, "closing")]
         numbered = tuple(replace(page, id=f"s{i:03d}", position=i) for i, page in enumerate(pages, 1))
         return Participant(f"p{number:0{len(str(len(design.people)))}d}", group, letters, numbered)
 

@@ -37,6 +37,9 @@ class AdaptationPhase:
         writer: Who writes the policies, as `ovita adapt --writer` takes it.
         turns: Most sentences that a person may say about an item.
         judged: How many results of other people's adapting each person rates in the end; as many as `items` where None.
+
+    Raises:
+        RequestError: If numbers are out of range.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -45,6 +48,12 @@ class AdaptationPhase:
     writer: str = "builtin"
     turns: int = 8
     judged: int | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.items <= 50 or not 1 <= self.turns <= 100 or not 0 <= self.judging <= 50:
+            raise RequestError("adapt: expected items and judged from 0 to 50, and turns from 1 to 100")
+        if self.judging and not self.items:
+            raise RequestError("adapt: judged needs items; nobody adapts anything that others could judge")
 
     @property
     def judging(self) -> int:
@@ -105,11 +114,6 @@ class StudyDesign:
             value = getattr(self, name)
             if value is not None and not least <= value <= most:
                 raise RequestError(f"{name}: is {value}, expected {least} to {most}")
-        adapt = self.adapt
-        if not 0 <= adapt.items <= 50 or not 1 <= adapt.turns <= 100 or not 0 <= adapt.judging <= 50:
-            raise RequestError("adapt: expected items and judged from 0 to 50, and turns from 1 to 100")
-        if adapt.judging and not adapt.items:
-            raise RequestError("adapt: judged needs items; nobody adapts anything that others could judge")
         if any(number < 1 for number in self.groups.values()):
             raise RequestError("groups: each group needs at least one person")
         odd = [name for name in self.conditions if "|" in name or name.strip() in ("", NONE)]

@@ -9,16 +9,7 @@ from dataclasses import dataclass
 
 from ovita.study import pages
 from ovita.study.adapting import Conversations
-from ovita.study.answers import (
-    StudyEvent,
-    StudyProgress,
-    draw,
-    note,
-    progress_of,
-    seconds_between,
-    whose,
-    withdraw,
-)
+from ovita.study.answers import StudyEvent, StudyProgress, draw, note, progress_of, seconds_between, whose, withdraw
 from ovita.study.assignment import Participant, StudyPage
 from ovita.study.folder import StudyFolder, now
 from ovita.study.questions import COMMENT, read_answers

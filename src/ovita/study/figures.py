@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 from ovita.bench.figures import COLORS, frame, image, short
 from ovita.errors import needs
 from ovita.study.analysis import OVERALL, Analysis, Contrast, Summary
+from ovita.study.ratings import LIKERT
 from ovita.study.statistics import Estimate
 
 if TYPE_CHECKING:
@@ -32,18 +34,14 @@ def study_panel(found: Analysis, watermark: str = "") -> Figure:
         from matplotlib.figure import Figure
     figure = Figure(figsize=(16, 8.4), layout="constrained")
     axes = figure.subplots(2, 4).ravel()
-    whole = [s for s in found.summaries if s.group == OVERALL]
-    rated = [s for s in whole if s.phase == "rate"]
-    names = sorted({s.condition for s in rated})
-    color = {name: COLORS[i % len(COLORS)] for i, name in enumerate(names)}
-    success = [s for s in rated if s.question == "correctness"]
-    clear = [s for s in rated if s.question == "interpretability"]
+    rated = [s for s in found.summaries if (s.group, s.phase) == (OVERALL, "rate")]
+    color = dict(zip(sorted({s.condition for s in rated}), cycle(COLORS), strict=False))
+    success, clear = ([s for s in rated if s.question == question] for question in LIKERT)
     _points(axes[0], "A  success (4 or 5)", [(s.condition, s.success, color[s.condition]) for s in success], (0, 1))
     _stacks(axes[1], "B  correctness: share of 1 to 5", success)
     _points(axes[2], "C  interpretability (1 to 5)", [(s.condition, s.mean, color[s.condition]) for s in clear], (1, 5))
     _levels(axes[3], "D  correctness by group", found, color)
-    pairs = [c for c in found.contrasts if c.factor == "condition"]
-    factors = [c for c in found.contrasts if c.factor != "condition"]
+    pairs, factors = ([c for c in found.contrasts if (c.factor == "condition") == alike] for alike in (True, False))
     _differences(axes[4], "E  pairs: b minus a", pairs, "one condition")
     _differences(axes[5], "F  explanation, phase, group", factors, "one level of each")
     _worth(axes[6], "G  preference: worth", found, color)
@@ -106,7 +104,7 @@ def _levels(axes: Axes, title: str, found: Analysis, color: dict[str, str]) -> N
     parts = [s for s in found.summaries if (s.question, s.phase) == ("correctness", "rate") and s.group != OVERALL]
     groups = sorted({s.group for s in parts})
     for k, name in enumerate(color):
-        for s in (s for s in parts if s.condition == name):
+        for s in [s for s in parts if s.condition == name]:
             x = groups.index(s.group) + 0.7 * (k - (len(color) - 1) / 2) / max(1, len(color))
             _spread(axes, x, s.mean, color[name], label=short(name) if s.group == groups[0] else "")
     axes.set_xticks(range(len(groups)), [short(group) for group in groups], fontsize=8)
