@@ -13,7 +13,6 @@ from ovita.studio.writing import writer_name
 _ON = {"current: what there is now": "current", "original: everything on the blue line": "original"}
 _TICK_S = 0.5
 _SPEAK = '<button class="link" data-voice hidden title="The browser writes down what you say">speak</button>'
-_ASK, _ASK_WAY = "What should change?", "From where to where?"
 
 
 class Conversation:
@@ -52,30 +51,34 @@ class Conversation:
 
     def refresh(self, news: News) -> None:
         """Show the session."""
-        controller = self.desk.controller
-        busy = controller.busy
+        controller, session = self.desk.controller, self.desk.controller.session
+        busy = controller.busy is not None
         for node in (self.stage, self.bar, self.cancel):
-            node.visible = busy is not None
-        self.send.disabled = busy is not None
-        if busy is not None:
-            self._show_stage()
-            if news == "busy" and (self._clock is None or not self._clock.is_alive()):
-                self._clock = threading.Thread(target=self._tick, name="ovita-clock", daemon=True)
-                self._clock.start()
-        asked = controller.said.question if controller.said is not None else ""
-        proposed = busy is None and controller.session.pending is not None
-        self.accept.visible = self.dismiss.visible = proposed
-        idle = _ASK_WAY if controller.session.bare else _ASK
-        title = "Your answer" if asked else "Is that meant? Accept, or say what is different" if proposed else idle
-        self.ask.content = html.block(f"<h4>{title} {_SPEAK}</h4>")
+            node.visible = busy
+        self.send.disabled = busy
+        self._show_stage()
+        if busy and news == "busy" and (self._clock is None or not self._clock.is_alive()):
+            self._clock = threading.Thread(target=self._tick, name="ovita-clock", daemon=True)
+            self._clock.start()
+        self.accept.visible = self.dismiss.visible = not busy and session.pending is not None
+        self.ask.content = html.block(f"<h4>{self._title()} {_SPEAK}</h4>")
         self._helped = self._helped and news not in ("turn", "busy", "said")
-        helped = turns.helping(controller.session, self._suggested, writer_name(controller.session.writer))
-        self.outcome.content = (helped if self._helped else "") + turns.outcome(controller)
+        helped = turns.helping(session, self._suggested, writer_name(session.writer)) if self._helped else ""
+        self.outcome.content = helped + turns.outcome(controller)
         if news in ("turn", "said", "knobs"):
             self._suggest(controller)
-        if news == "turn" or news == "knobs":
-            self.past.content = turns.history(controller.session)
-            self.back.visible = bool(controller.session.history.steps)
+        if news in ("turn", "knobs"):
+            self.past.content = turns.history(session)
+            self.back.visible = bool(session.history.steps)
+
+    def _title(self) -> str:
+        """What the field for words asks for."""
+        controller = self.desk.controller
+        if controller.said is not None and controller.said.question:
+            return "Your answer"
+        if self.accept.visible:
+            return "Is that meant? Accept, or say what is different"
+        return "From where to where?" if controller.session.bare else "What should change?"
 
     def close(self) -> None:
         """Stop the clock."""

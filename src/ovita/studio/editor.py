@@ -134,12 +134,7 @@ class DragEditor:
     def refresh(self) -> None:
         """Fit the controls to the session."""
         session, held = self.desk.controller.session, str(self.what.value) in self._picked
-        path = session.current
-        if self._waypoint is not None and path is not self._on:  # counted anew; once it is gone, nothing is picked
-            found = carried_over(self._on.positions, path.positions, self._waypoint, self._waypoint)
-            self._waypoint = None if found is None else found[0]
-            self._told(self._waypoint)
-        self._on = path
+        self._count_anew(session.current)
         names = (_NOTHING, _START, _GOAL, *self._picked, *session.scene.names)
         if self.what.options != names:
             self.what.options = names
@@ -156,6 +151,14 @@ class DragEditor:
         self._space.mark(None)
         if self._gizmo is not None and not self.dragging:
             self._gizmo.position = self._place(session, str(self.what.value))
+
+    def _count_anew(self, path: Trajectory) -> None:
+        """Find the picked waypoint on a path that may be another; once it is gone, nothing is picked."""
+        if self._waypoint is not None and path is not self._on:
+            found = carried_over(self._on.positions, path.positions, self._waypoint, self._waypoint)
+            self._waypoint = None if found is None else found[0]
+            self._told(self._waypoint)
+        self._on = path
 
     def let_go(self) -> None:
         """Take the arrows away."""

@@ -58,12 +58,7 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
     """
     name, as_json = Path(path).name, path.lower().endswith(".json")
     if as_json and parse_object(read_text(path), path).get("schema") == SCHEMA:
-        session = Session.load(path, writer=template.writer, isolation=template.isolation)
-        steps = session.history.steps
-        if len(steps) > MAX_TURNS:
-            raise FormatError(path, f"has {len(steps)} turns; the studio takes up to {MAX_TURNS}")
-        _check_length(path, session.original, *(step.adaptation.adapted for step in steps))
-        return Opened(session, name, (_PROGRAM,) if steps else ())
+        return _loaded(path, template)
     if as_json and is_adaptation(path):
         result = Adaptation.load(path)
         _check_length(path, result.original, result.adapted)
@@ -76,6 +71,16 @@ def open_file(path: str, template: Session, *, limits: Robot | None = None, uplo
     covariance = None if held is None else covariance_rows(held, path, len(task.trajectory))
     session, note = _begun(task, path, template, limits) if as_json else _continued(task, path, template)
     return Opened(session, name, (*task.notes, *note), covariance)
+
+
+def _loaded(path: str, template: Session) -> Opened:
+    """A session as its file holds it."""
+    session = Session.load(path, writer=template.writer, isolation=template.isolation)
+    steps = session.history.steps
+    if len(steps) > MAX_TURNS:
+        raise FormatError(path, f"has {len(steps)} turns; the studio takes up to {MAX_TURNS}")
+    _check_length(path, session.original, *(step.adaptation.adapted for step in steps))
+    return Opened(session, Path(path).name, (_PROGRAM,) if steps else ())
 
 
 def _begun(task: Task, path: str, template: Session, limits: Robot | None) -> tuple[Session, tuple[str, ...]]:

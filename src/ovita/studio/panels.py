@@ -127,10 +127,9 @@ class KnobsPanel:
         made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
         if turned and made == self._made:
             return
-        if made and made == self._made and self._fits(knobs):
+        if made and made == self._made and all(_reaches(self.handles[knob.name], knob.value) for knob in knobs):
             for knob in knobs:
-                handle = self.handles[knob.name]
-                value = _shown(knob.shown)
+                handle, value = self.handles[knob.name], _shown(knob.shown)
                 if handle.value != value:
                     handle.value = value
             return
@@ -138,25 +137,12 @@ class KnobsPanel:
         for handle in (*self.handles.values(), *self._others):
             handle.remove()
         self.handles, self._others = {}, []
-        if knobs:
-            text = "Turn a knob: the program and the limits run again at once, no model is asked."
-        elif result is not None:
-            text = "This program has no parameters."
-        else:
-            text = "The numbers in what you say become knobs here."
-        self.note.content = html.soft(text)
+        none = "The numbers in what you say become knobs here." if result is None else "This program has no parameters."
+        turn = "Turn a knob: the program and the limits run again at once, no model is asked."
+        self.note.content = html.soft(turn if knobs else none)
         with self.box:
             for knob in knobs:
                 self._make(knob)
-
-    def _fits(self, knobs: tuple[Parameter, ...]) -> bool:
-        """Whether every value is within its slider's range."""
-        for knob in knobs:
-            high, low = getattr(self.handles[knob.name], "max", None), getattr(self.handles[knob.name], "min", None)
-            if high is not None and low is not None and isinstance(knob.value, int | float):
-                if not low <= knob.value <= high:
-                    return False
-        return True
 
     def _make(self, knob: Parameter) -> None:
         unit = f" [{knob.unit}]" if knob.unit else ""
@@ -190,11 +176,15 @@ class KnobsPanel:
 
 def _widen(slider: Any) -> None:
     """Have a slider reach a value that was typed beyond its end, which the page would set back to the end."""
-    high, low = getattr(slider, "max", None), getattr(slider, "min", None)
-    if high is None or low is None or low <= slider.value <= high:
-        return
-    lowest, highest, _ = reach(float(slider.value), "m")
-    slider.min, slider.max = min(low, lowest), max(high, highest)
+    if not _reaches(slider, slider.value):
+        lowest, highest, _ = reach(float(slider.value), "m")
+        slider.min, slider.max = min(slider.min, lowest), max(slider.max, highest)
+
+
+def _reaches(control: Any, value: Any) -> bool:
+    """Whether a value is within the ends of a control; what has no ends takes any."""
+    low, high = getattr(control, "min", None), getattr(control, "max", None)
+    return low is None or high is None or not isinstance(value, int | float) or low <= value <= high
 
 
 def _shown(value: Any) -> Any:

@@ -92,25 +92,24 @@ class SceneView:
         """Show the lines as they are now."""
         assert self.stage is not None
         colours = self.palette
-        result, original, current = session.adaptation, session.original, session.current
-        pace = self.pace(session)
-        changed = result is not None
-        self._line("original", original, colours["before"], pace if self.shown.speeds and not changed else None)
-        self._line("adapted", current if changed else None, colours["after"], pace if self.shown.speeds else None)
-        steps = session.steps
-        before = steps[-2].adaptation.adapted if len(steps) > 1 else None
-        self._line("ghost", before if self.shown.ghost else None, GHOST, None, width=_THIN)
-        moved = result is not None and result.proposed is not None and result.proposed != result.adapted
-        proposed = result.proposed if result is not None and moved else None
+        result, original, steps = session.adaptation, session.original, session.steps
+        adapted = None if result is None else session.current
+        pace = self.pace(session) if self.shown.speeds else None
+        self._line("original", original, colours["before"], pace if adapted is None else None)
+        self._line("adapted", adapted, colours["after"], pace)
+        before = steps[-2].adaptation.adapted if self.shown.ghost and len(steps) > 1 else None
+        self._line("ghost", before, GHOST, None, width=_THIN)
+        proposed = result.proposed if result is not None and result.proposed != result.adapted else None
         self._line("proposed", proposed, colours["proposed"], None, width=_THIN)
-        waiting = session.pending.proposal if session.pending is not None else None
-        self._line("proposal", waiting.adapted if waiting is not None else None, colours["waiting"], None)
+        pending = session.pending.proposal if session.pending is not None else None
+        waiting = None if pending is None else pending.adapted
+        self._line("proposal", waiting, colours["waiting"], None)
         bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
         self._segments("violated", bad, plain_colours(len(bad), VIOLATION), 7.0)
         self._arrows("original", original, colours["before"])
-        self._arrows("adapted", current if changed else None, colours["after"])
-        self._points("waypoints", current.positions if self.shown.waypoints else None)
-        self._ends(original, current if changed else None, waiting.adapted if waiting is not None else None)
+        self._arrows("adapted", adapted, colours["after"])
+        self._points("waypoints", session.current.positions if self.shown.waypoints else None)
+        self._ends(original, adapted, waiting)
 
     @staticmethod
     def pace(session: Session) -> tuple[float, float]:

@@ -68,10 +68,9 @@ def chip(verdict: Rung) -> str:
 
 def account(result: Adaptation, turned: str = "") -> str:
     """One line: what was asked, and `turned` by hand since, what came out as measured, and what the limits did."""
-    ends = [] if result.changes is None else moved_ends(result.changes)
     came = [p.outcome for p in result.postconditions if p.change_before or not p.held]
     asked = (result.instruction or "what the program says") + (f", then turned {turned}" if turned else "")
-    told = "; ".join([*came, *ends] if came else _changed(result))
+    told = "; ".join([*came, *_ends(result)] if came else _changed(result))
     did = listed(result.by_limits) or "changed nothing"
     if result.status == "infeasible" and result.constraints is not None:
         did += "".join(f"; {text}" for text in result.constraints.conflicts[:1])
@@ -85,7 +84,11 @@ def _changed(result: Adaptation) -> list[str]:
     if result.changes is None:
         return []
     told = sentences(result.changes)
-    return [text.rstrip(".") for text in dict.fromkeys([*told[:2], *map(sentence, moved_ends(result.changes))])]
+    return [text.rstrip(".") for text in dict.fromkeys([*told[:2], *map(sentence, _ends(result))])]
+
+
+def _ends(result: Adaptation) -> list[str]:
+    return [] if result.changes is None else list(moved_ends(result.changes))
 
 
 def header(controller: SessionController, writer: str) -> str:
