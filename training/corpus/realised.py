@@ -122,7 +122,8 @@ def _placed(
     for i, name in enumerate(dict.fromkeys([*mentioned, *objects])):
         k = round((i + 1) / (len(objects) + 1) * (len(path) - 1))
         heading = path[min(k + 1, len(path) - 1)] - path[k - 1]
-        aside = np.array([-heading[1], heading[0], 0.0]) / np.linalg.norm(heading[:2])
+        level = float(np.linalg.norm(heading[:2]))
+        aside = np.array([-heading[1], heading[0], 0.0]) / level if level else np.array([0.0, 1.0, 0.0])
         gap = min(0.5 * near[name], 0.1 * size) if name in near else gap_of[name]
         way = 1.0 if same_side or i % 2 else -1.0
         for frame in frames:

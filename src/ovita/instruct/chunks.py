@@ -561,7 +561,8 @@ def _quantity(words: Sequence[str], i: int, length: int) -> Made:
     pronoun = words[i] == "one" and words[i - 1 : i] in (["the"], ["that"], ["current"], ["present"], ["old"])
     if amount is None or amount.used < length or pronoun:
         return None
-    said = "".join(words[i : i + amount.used]) if is_digits(words[i]) else ""
+    own = amount.used > 1 or not amount.unit  # not where the unit was said before
+    said = "".join(words[i : i + amount.used]) if own and is_digits(words[i]) else ""
     return _of(UNIT_KIND[amount.unit], q=Quantity(amount.value, amount.unit, "by", said)), amount.used
 
 

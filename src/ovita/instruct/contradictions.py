@@ -286,6 +286,17 @@ def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
     return f"{_said(said, {'there'})} points at a place that nothing names." if "there" in kinds and not placed else ""
 
 
+def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A length without a unit that is hardly meant in metres: "no nearer than 60"."""
+    measured = F.Shift | F.MoveEnd | F.Approach | F.Clearance | F.Height | F.Extend | F.Hover | F.Hop | F.Bound
+    lengths = [q for frame in frames if isinstance(frame, measured) for q in frame.quantities.values()]
+    bare = next((q.value for q in lengths if q.unit == "" and q.role != "of" and abs(q.value) >= FAR), None)
+    return "" if bare is None else f"{bare:g} has no unit; it would be {bare:g} m."
+
+
+FAR = 5.0
+"""Metres that are hardly meant where no unit is said."""
+
 OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
 """What the path is called, which asks for nothing by itself."""
 
@@ -315,9 +326,20 @@ CHECKS = (
     _above_lost,
     _height_lost,
     _pointed,
+    _without_unit,
 )
 
-NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _height_lost, _pointed)
+NEVER = (
+    _compared,
+    _conditional,
+    _thing_moved,
+    _wish_left,
+    _end_lost,
+    _above_lost,
+    _height_lost,
+    _pointed,
+    _without_unit,
+)
 """What is never done at once, however likely its reading is."""
 
 

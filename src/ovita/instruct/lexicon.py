@@ -293,7 +293,33 @@ def amount_at(words: Sequence[str], i: int) -> Amount | None:
     if fraction is not None:
         value, used = value * fraction[0], used + fraction[1]
     unit, factor, more = unit_at(words, i + used)
+    if not more and value >= 1.0:
+        unit, factor = _unit_before(words, i, i + used)
     return Amount(value * factor, unit, used + more)
+
+
+WAYS = frozenset(
+    """left right up down forward forwards back backward backwards upward upwards downward downwards leftward rightward
+    higher lower ahead sideways from off""".split()
+)
+"""Words beside a number that make it a length where a length was said before."""
+
+COUNTED = frozenset(
+    "point points waypoint waypoints wp wps number step steps segment sample samples last first".split()
+)
+
+
+def _unit_before(words: Sequence[str], i: int, behind: int) -> tuple[str, float]:
+    """The unit of the length before a bare number at i that is one, too: "4 cm down and three to the left"."""
+    after = [word for word in words[behind : behind + 3] if word not in ("to", "the", "more", "further")][:1]
+    before = [word for word in words[max(i - 2, 0) : i] if word != "by"][-1:]
+    if not WAYS & {*after, *before} or COUNTED & {*after, *before}:
+        return "", 1.0
+    for k in range(i - 1, 0, -1):
+        unit, factor, used = unit_at(words, k)
+        if used and unit == "m" and (is_digits(words[k - 1]) or words[k - 1] in NUMBER_WORDS):
+            return unit, factor
+    return "", 1.0
 
 
 def _fraction_behind(words: Sequence[str], i: int, used: int) -> tuple[float, int] | None:
