@@ -417,13 +417,18 @@ class Adaptation:
             wanted = "is missing" if waits else f"has no place under the status {values['status']!r}"
             raise FormatError(file, wanted, key="proposal")
         if waits:
-            try:
-                values["proposal"] = cls.from_document(read("proposal", dict[str, Any]), file=file)
-            except FormatError as error:
-                raise FormatError(file, error.problem, key=f"proposal.{error.key}", index=error.index) from None
-            if not values["proposal"].usable:
-                raise FormatError(file, "holds no result of its own", key="proposal")
+            values["proposal"] = cls._proposal_from(read("proposal", dict[str, Any]), file)
         return cls(**values)
+
+    @classmethod
+    def _proposal_from(cls, document: Mapping[str, Any], file: str) -> Adaptation:
+        try:
+            proposal = cls.from_document(document, file=file)
+        except FormatError as error:
+            raise FormatError(file, error.problem, key=f"proposal.{error.key}", index=error.index) from None
+        if not proposal.usable:
+            raise FormatError(file, "holds no result of its own", key="proposal")
+        return proposal
 
     def save(self, path: str) -> None:
         """Write the adaptation as JSON, atomically.

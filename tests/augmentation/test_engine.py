@@ -10,10 +10,9 @@ from dataclasses import replace
 import pytest
 
 from command_line import ovita
-from ovita.augment.engine import Job, run
+from ovita.augment.engine import Job, Machine, Rates, estimates, measure, run
+from ovita.augment.engine import lines as lines_of_plan
 from ovita.augment.ground import RandomScenes, Tasks
-from ovita.augment.planning import Machine, Rates, estimates, measure
-from ovita.augment.planning import lines as lines_of_plan
 from ovita.augment.shards import ShardRecord, read_samples
 from ovita.augment.sources import open_pool
 from ovita.augment.verified import Manner, split_of

@@ -474,14 +474,20 @@ def _trim(case: _Asked, frame: F.Trim) -> Check | None:
         unit: Any = {"m": "m", "s": "s", "%": "share", "x": "share"}.get(q.unit, "waypoints")
         count = int(PathPart(frame.cut, amount=q.value, unit=unit).mask(case.trajectory, case.scene).sum())
         return asked.trimmed(count if frame.cut == "first" else 0, count if frame.cut == "last" else 0)
-    point = _place(frame.place, case)
-    centre = case.scene[point].position if isinstance(point, str) and point in case.scene else point
+    nearest = _nearest(case, frame.place)
+    return asked.trimmed(nearest, 0) if frame.cut == "before" else asked.trimmed(0, n - 1 - nearest)
+
+
+def _nearest(case: _Asked, place: F.Place) -> int:
+    """The waypoint nearest to a place."""
+    path, centre = case.trajectory.positions, _place(place, case)
     if isinstance(centre, dict):
         centre = sum(case.scene[name].position for name in centre["between"]) / 2
-    ends = {"start": case.trajectory.positions[0], "goal": case.trajectory.positions[-1]}
-    centre = ends.get(centre, centre) if isinstance(centre, str) else centre
-    nearest = int(np.argmin(np.linalg.norm(case.trajectory.positions - np.asarray(centre), axis=1)))
-    return asked.trimmed(nearest, 0) if frame.cut == "before" else asked.trimmed(0, n - 1 - nearest)
+    elif isinstance(centre, str) and centre in case.scene:
+        centre = case.scene[centre].position
+    elif isinstance(centre, str):
+        centre = {"start": path[0], "goal": path[-1]}[centre]
+    return int(np.argmin(np.linalg.norm(path - np.asarray(centre), axis=1)))
 
 
 def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:

@@ -7,7 +7,7 @@ import os
 import platform
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from itertools import product
@@ -158,11 +158,10 @@ def run(
         MissingExtra: If a writer's packages are not installed.
         IsolationUnavailable: If this machine cannot provide the requested isolation.
     """
-    recorded = {r.key: r for r in read_records(replay)} if replay is not None else None
-    if recorded is not None:
-        plan = replace(plan, writers=tuple(dict.fromkeys(writer for writer, _, _ in recorded)))
-        there = {sample for _, _, sample in recorded}
-        dataset = replace(dataset, samples=tuple(sample for sample in dataset.samples if sample.id in there))
+    recorded = None
+    if replay is not None:
+        recorded = {r.key: r for r in read_records(replay)}
+        dataset, plan = _restricted(dataset, plan, recorded)
     cells, notes = _cells(dataset, plan, recorded)
     with RecordLog(out) as log:
         manifest = _manifest(dataset, plan, read_manifest(out), read_manifest(replay) if replay is not None else {})
@@ -175,6 +174,14 @@ def run(
         ids = {sample.id for sample in dataset.samples}
         records = tuple(record for record in ordered(log.records.values()) if record.sample in ids)
     return RunResult(records, manifest, tuple(notes))
+
+
+def _restricted(dataset: Dataset, plan: RunPlan, recorded: Collection[tuple[str, str, str]]) -> tuple[Dataset, RunPlan]:
+    """The samples and the writers that there are records of."""
+    there = {sample for _, _, sample in recorded}
+    samples = tuple(sample for sample in dataset.samples if sample.id in there)
+    writers = tuple(dict.fromkeys(writer for writer, _, _ in recorded))
+    return replace(dataset, samples=samples), replace(plan, writers=writers)
 
 
 def _cells(

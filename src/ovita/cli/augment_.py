@@ -104,7 +104,7 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
 
 
 def _plan(job: Job, n: float, machines: tuple[str, ...]) -> None:
-    from ovita.augment.planning import Machine, lines, measure
+    from ovita.augment.engine import Machine, lines, measure
 
     chosen = [Machine.parse(text) for text in machines]
     for line in lines(n, measure(job), chosen, job.shard):

@@ -146,15 +146,9 @@ class Session:
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
         if self._pending is not None:
-            agrees, rest = answered(instruction)
-            if agrees is not None and not rest:
-                return self.accept() if agrees else self.dismiss(instruction)
-            edited = self._edited(instruction, rest) if not agrees else None
-            if edited is not None:
-                return edited
-            if agrees:
-                self.accept()
-            instruction = rest
+            settled, instruction = self._settled(instruction)
+            if settled is not None:
+                return settled
         state = DialogueState(
             self._history,
             self._first,
@@ -175,6 +169,16 @@ class Session:
         if found.kind is None or not found.result.usable:
             return found.result
         return self._turn(instruction, found.on, found.result, found.kind)
+
+    def _settled(self, said: str) -> tuple[Adaptation | None, str]:
+        """What a sentence makes of the result that waits for it; else None, and what is left of it to be read."""
+        agrees, rest = answered(said)
+        if agrees is not None and not rest:
+            return (self.accept() if agrees else self.dismiss(said)), ""
+        if agrees:
+            self.accept()
+            return None, rest
+        return self._edited(said, rest), rest
 
     @property
     def bare(self) -> bool:

@@ -108,10 +108,7 @@ class _Task:
         move = not keep_path and (smooth or any(m.geometric for m in self.pressing))
         for height in self.heights if move else (None,):
             problem = self.problem(options, height)
-            positions, blocked = self.proposed.positions, tuple[Blocked, ...]()
-            if move:
-                positions, blocked = solve_with_dwells(problem, int(self.options.steps))
-            result = self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights))
+            result, blocked = self.reached(problem, move=move)
             after = self.judge(result)
             broken = [m for m, check in zip(self.measured[0], after, strict=True) if not check.held]
             left = [m for m in broken if not (m.excused(result) or (keep_path and m.geometric))]
@@ -120,6 +117,13 @@ class _Task:
                 return self.answer(result, after, status, notes=notes)
         conflicts = diagnosis.explain(problem, self.robot, after, blocked, self.options)
         return self.answer(result, after, "infeasible", conflicts, notes)
+
+    def reached(self, problem: PathProblem, *, move: bool) -> tuple[Trajectory, tuple[Blocked, ...]]:
+        """The proposal, moved if need be and slowed, and what stays blocked."""
+        positions, blocked = self.proposed.positions, tuple[Blocked, ...]()
+        if move:
+            positions, blocked = solve_with_dwells(problem, int(self.options.steps))
+        return self.proposed.with_(positions=positions, speeds=self.speeds(positions, problem.weights)), blocked
 
     @cached_property
     def broken(self) -> list[Measure]:

@@ -145,24 +145,23 @@ class TextLimits:
             robot: Whose limits to replace.
             base: Position of the robot's base (3,) [m]; by default the centre of its shell, or the origin.
         """
-        changed = robot
-        if self.ranges:
-            old = robot.workspace if isinstance(robot.workspace, Box) else Box((-FAR,) * 3, (FAR,) * 3)
-            lower, upper = list(old.lower), list(old.upper)
-            for axis, (low, high) in self.ranges.items():
-                k, pad = "xyz".index(axis), robot.margin if low == high else 0.0
-                lower[k] = low - pad if np.isfinite(low) else lower[k]
-                upper[k] = high + pad if np.isfinite(high) else upper[k]
-            box = Box((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]))
-            changed = replace(changed, workspace=box)
+        given = {key: getattr(self, key) for key in _SAID if getattr(self, key) is not None}
         if self.reach is not None:
-            shell = robot.workspace if isinstance(robot.workspace, Shell) else None
-            center = base or (shell.center if shell else (0.0, 0.0, 0.0))
-            inner = min(shell.r_min, self.reach / 2.0) if shell else 0.0
-            changed = replace(changed, workspace=Shell(center, inner, self.reach))
-        single = ("obstacle_margin", "max_speed", "min_speed", "max_acceleration", "person_margin")
-        given = {key: getattr(self, key) for key in single if getattr(self, key) is not None}
-        return replace(changed, **given)
+            shell = robot.workspace if isinstance(robot.workspace, Shell) else Shell((0.0, 0.0, 0.0), 0.0, self.reach)
+            given["workspace"] = Shell(base or shell.center, min(shell.r_min, self.reach / 2.0), self.reach)
+        elif self.ranges:
+            given["workspace"] = self._box(robot)
+        return replace(robot, **given)
+
+    def _box(self, robot: Robot) -> Box:
+        old = robot.workspace if isinstance(robot.workspace, Box) else Box((-FAR,) * 3, (FAR,) * 3)
+        corners = dict(zip("xyz", zip(old.lower, old.upper, strict=True), strict=True))
+        for axis, (low, high) in self.ranges.items():
+            pad = robot.margin if low == high else 0.0
+            before = corners[axis]
+            corners[axis] = low - pad if np.isfinite(low) else before[0], high + pad if np.isfinite(high) else before[1]
+        (x0, x1), (y0, y1), (z0, z1) = corners.values()
+        return Box((x0, y0, z0), (x1, y1, z1))
 
 
 def parse_text(text: str) -> TextLimits:

@@ -72,7 +72,14 @@ def taken_apart(
     standing = heights > LOWEST
     on = points[np.abs(heights) < LOWEST]
     footing = None if plane is None else Footing.of(on, plane, len(on))
-    place = np.flatnonzero(standing)
+    clusters, large = _clusters(points, colours, np.flatnonzero(standing), fewest)
+    return SpaceSegments(clusters, plane, footing, large)
+
+
+def _clusters(
+    points: Array, colours: NDArray[np.uint8] | None, place: NDArray[np.intp], fewest: int
+) -> tuple[tuple[SpaceCluster, ...], int]:
+    """The clusters of the points at some places, largest first, and how many were left out for their size."""
     owner = joined_cells(points[place])
     sizes = np.bincount(owner)
     found: list[SpaceCluster] = []
@@ -86,7 +93,7 @@ def taken_apart(
             continue
         hues = np.zeros((0, 3)) if colours is None else colours[mine][:: max(1, len(mine) // COLOURS)]
         found.append(SpaceCluster(_evidence(points[mine]), np.asarray(hues, dtype=float)))
-    return SpaceSegments(tuple(found), plane, footing, large)
+    return tuple(found), large
 
 
 def _evidence(points: Array) -> Evidence:

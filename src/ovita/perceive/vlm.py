@@ -302,15 +302,14 @@ def _judged(
     reply: _Reply, picture: _Picture, size: Sequence[int], convention: BoxConvention, names: Sequence[str]
 ) -> Sighting:
     """The things that a reply names, with boxes in pixels of the view, and why others are not taken."""
-    notes: list[str] = ["the model's answer was cut off; some objects may be missing"] if reply.cut else []
     unit, said = _unit(reply.entries, picture, convention)
-    notes += said
     found: list[Found] = []
+    notes = ["the model's answer was cut off; some objects may be missing"] * reply.cut + [*said]
     for entry in reply.entries:
         label, why = _label(entry, names)
-        box = None if why else _box(entry, unit, convention, picture, size)
-        if isinstance(box, str) or box is None:
-            notes.append(f"not taken: {as_data(label, MAX_LABEL)}, {why or box}")
+        box = why or _box(entry, unit, convention, picture, size)
+        if isinstance(box, str):
+            notes.append(f"not taken: {as_data(label, MAX_LABEL)}, {box}")
         elif any(one.label == label and one.box is not None and _overlap(one.box, box) > SAME for one in found):
             notes.append(f"{as_data(label, MAX_LABEL)} was named twice at one place and taken once")
         else:

@@ -50,12 +50,11 @@ def move(
         raise ValueError(f"keep must be None, 'start', 'goal' or 'both', not {keep!r}")
     weights = eased(selected, rows[:, :3], rise, float(np.linalg.norm(shift)))
     if keep is not None:
-        rise = rise or DEFAULT_EASE
+        rise = min(rise or DEFAULT_EASE, 0.5 if keep == "both" else 1.0)
         fraction = fractions(rows[:, :3])
-        if keep in ("start", "both"):
-            weights *= smoothstep(fraction / (min(rise, 0.5) if keep == "both" else rise))
-        if keep in ("goal", "both"):
-            weights *= smoothstep((1.0 - fraction) / (min(rise, 0.5) if keep == "both" else rise))
+        for end, away in (("start", fraction), ("goal", 1.0 - fraction)):
+            if keep in (end, "both"):
+                weights *= smoothstep(away / rise)
     touched = weights > 0.0
     rows[touched, :3] += weights[touched, None] * shift
     return rows

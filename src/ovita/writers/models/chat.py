@@ -147,17 +147,24 @@ class LLMWriter(ModelWriter):
                 return await _request(model, ask)
             except ModelAPIError as error:
                 status, said = _status(error), str(getattr(error, "body", "")).lower()
-                if ask.temperature is not None and status in (400, 422) and "temperature" in said:
-                    ask, tries = replace(ask, temperature=None), tries - 1
-                    continue
-                if ask.form != "text" and status in _NO_SCHEMA and any(word in said for word in _SCHEMA_WORDS):
-                    ask, tries = replace(ask, form="text"), tries - 1
+                plainer = _without_refused(ask, status, said)
+                if plainer is not None:
+                    ask, tries = plainer, tries - 1
                     continue
                 delay = retry_delay(error, tries)
                 late = delay is not None and asyncio.get_running_loop().time() + delay >= deadline
                 if delay is None or late or tries > self._retries:
                     return writer_error(error, self._endpoint, self.name, key, tries=tries)
                 await asyncio.sleep(delay)
+
+
+def _without_refused(ask: ModelRequest, status: int, said: str) -> ModelRequest | None:
+    """The request without the option that the server refused, or None where that is not what it says."""
+    if ask.temperature is not None and status in (400, 422) and "temperature" in said:
+        return replace(ask, temperature=None)
+    if ask.form != "text" and status in _NO_SCHEMA and any(word in said for word in _SCHEMA_WORDS):
+        return replace(ask, form="text")
+    return None
 
 
 async def _first_model(client: httpx2.AsyncClient, endpoint: ModelEndpoint, key: str) -> str:
