@@ -271,13 +271,7 @@ def enforced(
 ) -> Adaptation:
     """Enforce the limits on a trajectory that was made without a policy, such as by hand; its policy changes nothing.
 
-    Args:
-        said: The change in words, recorded as the instruction.
-        trajectory: As made.
-        scene: Its surroundings.
-        robot: The limits.
-        constraints: How limits are enforced.
-        original: What changes are measured from; None takes the trajectory itself.
+    Changes are measured from `original`, or from the trajectory itself; `said` is recorded as the instruction.
     """
     request = Request(said, original or trajectory, scene, robot)
     reply = Reply("policy", writer=WriterInfo("none"))

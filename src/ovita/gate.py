@@ -353,14 +353,7 @@ def release(
 ) -> Receipt:
     """Send a result that the gate let through, and log that before and after.
 
-    Args:
-        found: What the gate found; nothing may speak against it.
-        place: An address or a file.
-        log: The log of sendings.
-        about: What else the log says, such as the file and who asked.
-        choices: Of topic, message and home.
-        motion: Of an arm's joints, to send in place of the path.
-        told: Told how far a controller is that follows that motion.
+    The `motion` of an arm's joints is sent in place of the path; `told` hears how far a controller is that follows it.
 
     Raises:
         RequestError: If the gate refused it.
@@ -405,12 +398,7 @@ def against(
 ) -> list[str]:
     """What measuring says against a trajectory that no result vouches for, each a sentence.
 
-    Args:
-        trajectory: In the scene's frame.
-        scene: The obstacles.
-        robot: Whose limits to measure, or None to look only for what no robot can follow.
-        place: Where it is to go, if that is known.
-        choices: Of home and heading.
+    Without a robot it looks only for what no robot can follow.
     """
     _, against_flight, _ = _of_mission(place, trajectory, scene, robot, choices)
     if robot is None:

@@ -350,10 +350,7 @@ class Session:
         return self._go(self._history.forth())
 
     def branch(self, turn: int) -> None:
-        """Go on from any turn that was ever made; the turns after it stay in the history.
-
-        Args:
-            turn: Its number in `history.steps`, or `ROOT` for before the first.
+        """Go on from any turn that was ever made, or from `ROOT`; the turns after it stay in the history.
 
         Raises:
             RequestError: If there is no such turn.

@@ -193,12 +193,7 @@ class Server:
 
 
 def main(mode: str, parent: int) -> None:
-    """Run as a worker.
-
-    Args:
-        mode: "serve" for a long-lived worker that forks, "once" for a process that runs one policy.
-        parent: Process id of ovita.
-    """
+    """Run as a worker of ovita's process: "serve" forks one policy after another, "once" runs one."""
     environment = Environment(Modules())
     environment.warm_up()
     if mode == "once":

@@ -127,14 +127,8 @@ def run(
 ) -> Rollout:
     """Run a policy on a trajectory in a scene.
 
-    Safe to call from several threads; each call blocks until the policy has ended.
-
-    Args:
-        policy: What to run.
-        trajectory: Its input.
-        scene: Its input.
-        limits: Time and memory; others than the usual ones make a process of its own necessary.
-        isolation: How the policy is kept from doing harm, see `Isolation`.
+    Safe to call from several threads; each call blocks until the policy has ended. Other
+    `limits` than the usual ones make a process of its own necessary.
 
     Raises:
         RequestError: There is no such isolation.

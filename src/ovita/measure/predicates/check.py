@@ -257,11 +257,6 @@ class Check:
     def judge(self, original: Trajectory, adapted: Trajectory, scene: Scene) -> CheckResult:
         """Measure an adaptation.
 
-        Args:
-            original: N waypoints.
-            adapted: M waypoints.
-            scene: Whose objects and frame the check speaks of.
-
         Raises:
             UnknownObject: If the check names an object that the scene does not have.
         """
