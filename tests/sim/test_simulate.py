@@ -132,7 +132,7 @@ def test_a_base_out_of_reach_of_everything_is_refused_with_the_distance():
     with pytest.raises(
         RequestError, match=r"no waypoint is within reach of the KUKA LBR iiwa 14 at \(5, 0, 0\) m.*--base"
     ):
-        sim.simulate(wave("iiwa"), robot="iiwa", base=sim.Base(5, 0, 0))
+        sim.simulate(wave("iiwa", n=4), robot="iiwa", base=sim.Base(5, 0, 0))
 
 
 def test_a_rover_or_drone_stands_where_the_trajectory_starts():

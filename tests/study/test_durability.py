@@ -18,14 +18,22 @@ from ovita.errors import OvitaError
 from ovita.study.answers import StudyEvent, note, progress_of, ratings
 from ovita.study.folder import address_of, now
 from ovita.study.offline import collect, write_files
+from ovita.study.server import StudyServer, serving
 
 GONE = (OSError, http.client.HTTPException)
 
 
+UNDRAWN = """import sys
+from ovita.cli.main import main
+from ovita.study import pages
+pages.drawing = lambda *_: {"json": "{}", "left_out": ""}
+sys.exit(main())"""
+
+
 @contextmanager
 def process(study, port=0):
-    """A real server in a process of its own; it gives the process and the address."""
-    command = [sys.executable, "-m", "ovita", "study", "serve", str(study.path), "--port", str(port)]
+    """A real server in a process of its own, without pictures; it gives the process and the address."""
+    command = [sys.executable, "-c", UNDRAWN, "study", "serve", str(study.path), "--port", str(port)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
             line = server.stdout.readline()
@@ -61,9 +69,9 @@ def test_a_killed_server_loses_and_doubles_nothing(make_study):
     confirmed = {(name, page) for name, page in heard if page not in ("", "s002")}
     assert all(page in before[name] for name, page in confirmed), "what the server confirmed is on disk"
     assert 0 < sum(map(len, before.values())) < sum(len(p.pages) for p in study.participants.values())
-    with process(study) as (server, base):
+    with serving(StudyServer(study)) as server:
         for token in study.tokens.values():
-            Visitor(base, address_of(token)).finish()
+            Visitor(server.url, address_of(token)).finish()
     for name, person in study.participants.items():
         progress = progress_of(study, person)
         events = [event.page for event in progress.events if event.event == "answer"]
