@@ -5,6 +5,7 @@ import socket
 import struct
 import sys
 import threading
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -215,5 +216,6 @@ def test_a_program_beside_the_autopilot_is_not_taken_for_it():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    with Noisy().call(port), mavlink.vehicle_at(Address.parse(f"mavlink:udp:127.0.0.1:{port}?timeout=3")) as found:
+    address = Address.parse(f"mavlink:udp:127.0.0.1:{port}?timeout=3")
+    with Noisy().call(port), closing(mavlink.Vehicle(address)) as found:
         assert (found.system, found.autopilot, found.kind) == (1, 12, 2)

@@ -144,11 +144,8 @@ def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None,
     if bare is None:
         yield _named(f"file:{name}", load_task(file), what)
         return
-    scene, own, _ = bare
-    yield from (
-        _named(f"plan:{name}#{i:02d}", task, what)
-        for i, task in enumerate(_planned(scene, robot or own, waypoints, planner))
-    )
+    ways = _planned(bare.scene, robot or bare.robot, waypoints, planner)
+    yield from (_named(f"plan:{name}#{i:02d}", task, what) for i, task in enumerate(ways))
 
 
 def _planned(scene: Scene, robot: str | None, waypoints: int | None, planner: str) -> Iterator[Task]:

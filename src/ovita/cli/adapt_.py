@@ -43,7 +43,6 @@ from ovita.io import (
     Choices,
     Task,
     is_adaptation,
-    is_address,
     is_skill,
     load_bare,
     load_robot,
@@ -151,7 +150,7 @@ def command(
     outputs = Outputs(**{name: options.pop(name) for name in _ABOUT_OUTPUT})
     outputs.check(file)
     choices = choices_from(options)
-    if not is_address(file) and is_skill(file):
+    if is_skill(file):
         from ovita.cli.skills_ import adapt_file
 
         adapt_file(file, instruction or "", on or "current", outputs, options)
@@ -171,12 +170,12 @@ def command(
     if bare is not None:
         from ovita.cli.plan_ import generated
 
-        result, task = generated(bare, file, instruction, planner, options, stages, as_json=outputs.as_json)
+        result, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
         _finish(result, task, options, writer, outputs)
     task = task_at(file, options)
     if outputs.trajectory:
         rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices)
-    if outputs.accepting and instruction is None and not is_address(file) and is_adaptation(file):
+    if outputs.accepting and instruction is None and is_adaptation(file):
         result = _accepted(file)
         report(result, outputs, *_write(result, outputs, task, choices))
     text = instruction if instruction is not None else task.instruction
@@ -279,9 +278,9 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
     """
     out = out or os.path.splitext(file)[0] + ".png"
     drawn = load_robot(robot) if robot else None
-    if not is_address(file) and is_adaptation(file):
+    if is_adaptation(file):
         draw(Adaptation.load(file), out, robot=drawn, view=view)
-    elif not is_address(file) and is_skill(file):
+    elif is_skill(file):
         from ovita.sources.skills import Skill
 
         made = Skill.load(file).generate().task()

@@ -26,7 +26,6 @@ from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
 from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Frame, Scene
-from ovita.paths.trajectory import standing_still
 from ovita.result import Adaptation, Status
 from ovita.writers.base import MODEL_VARIABLE, PolicyWriter, Progress, UnavailableWriter, flatten, writer_named
 
@@ -181,12 +180,6 @@ def check_writable(path: str) -> None:
         raise FormatError(path, "is a directory; name a file in it")
     if not os.path.isdir(os.path.dirname(path) or "."):
         raise FormatError(path, "its folder does not exist; make it first")
-
-
-def bare_task(bare: tuple[Scene, str | None, str], file: str, frame: str | None) -> Task:
-    """A task of what `load_bare` found in a file, with a path that stands still."""
-    scene, robot, instruction = bare
-    return Task(standing_still(), in_frame(scene, frame), instruction, path=file, robot=robot)
 
 
 def shipped_task() -> Task:

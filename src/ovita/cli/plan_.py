@@ -8,11 +8,10 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, bare_task, in_frame, plain, robot_from, show_notes, waiting
+from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, in_frame, plain, robot_from, show_notes, waiting
 from ovita.errors import RequestError
 from ovita.io import Task, load_robot, load_scene, save_task
 from ovita.io.documents import plain as as_json_value
-from ovita.paths.scene import Scene
 from ovita.result import Adaptation
 from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
 from ovita.sources.words import from_words
@@ -56,8 +55,7 @@ def command(scene: str, robot: str, out: str | None, frame: str | None, as_json:
 
 
 def generated(
-    bare: tuple[Scene, str | None, str],
-    file: str,
+    bare: Task,
     instruction: str | None,
     planner: str,
     options: dict[str, Any],
@@ -69,10 +67,11 @@ def generated(
 
     A question, or a way that cannot be, is told and ends the command.
     """
-    known = bare_task(bare, file, options["frame"])
+    known = replace(bare, scene=in_frame(bare.scene, options["frame"]))
     text = known.instruction if instruction is None else instruction
     if not text.strip():
-        raise RequestError(f"{file} has no trajectory: say from where to where, ovita adapt {file} 'from A to B'")
+        hint = f"ovita adapt {bare.path} 'from A to B'"
+        raise RequestError(f"{bare.path} has no trajectory: say from where to where, {hint}")
     robot = robot_from(known, options["robot"], options["max_speed"])
     with waiting(f"{planner} plans", quiet=as_json) as tell:
         made = from_words(text, known.scene, robot, planner=planner, progress=tell, **stages)

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ovita.cli.common import bare_task, plain, shipped_task
+from ovita.cli.common import plain, shipped_task
 from ovita.io import load_bare, open_task
 from ovita.text import quoted
 
 if TYPE_CHECKING:
     from ovita.instruct.frames import Reading
     from ovita.instruct.referee import Understanding
-    from ovita.io import Task
 
 OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask back", "decline": "decline"}
 """What each verdict means."""
@@ -37,7 +36,7 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     from ovita.instruct.chunks import chunks
     from ovita.instruct.referee import understand
 
-    task = shipped_task() if scene_file is None else _task(scene_file)
+    task = shipped_task() if scene_file is None else load_bare(scene_file) or open_task(scene_file)
     earlier = notation.parse(before, task.scene.names)
     verdict = understand(utterance, task.scene, task.trajectory, earlier)
     said, _ = chunks(utterance, task.scene, task.trajectory.positions)
@@ -52,12 +51,6 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     click.echo(plain(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})"))
     for text in _reasons(verdict):
         click.echo(plain(f"          {text}"))
-
-
-def _task(file: str) -> Task:
-    """What a file holds, which needs no trajectory."""
-    bare = load_bare(file)
-    return open_task(file) if bare is None else bare_task(bare, file, None)
 
 
 def line(reading: Reading) -> str:

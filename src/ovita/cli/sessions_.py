@@ -21,8 +21,8 @@ from ovita.cli.common import (
     ISOLATION,
     LABELS,
     WRITER,
-    bare_task,
     constraints_from,
+    in_frame,
     literal,
     notes_on,
     notes_on_writer,
@@ -79,7 +79,7 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
     bare = load_bare(file) if options["scene_file"] is None else None
-    task = task_at(file, options) if bare is None else bare_task(bare, file, options["frame"])
+    task = task_at(file, options) if bare is None else replace(bare, scene=in_frame(bare.scene, options["frame"]))
     session = _opened(task, journal, options)
     keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
     if resume:

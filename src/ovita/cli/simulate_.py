@@ -19,7 +19,7 @@ from ovita import sim
 from ovita.cli.common import ENGINE, EXIT_OF, plain, show_notes, source, task_at, together, waiting
 from ovita.cli.joints_ import IGNORED, TIP
 from ovita.errors import FormatError, OvitaError, RequestError
-from ovita.io import READ, atomic_write, is_adaptation, is_address
+from ovita.io import READ, atomic_write, is_adaptation
 from ovita.io.files import suffix
 from ovita.paths.robot import Robot, preset_name
 from ovita.paths.scene import Scene
@@ -156,7 +156,7 @@ def _read(
     file: str, which: str, options: dict[str, Any]
 ) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
     """The labelled trajectories, the scene, the limits, a title, and the objects that are meant to be touched."""
-    if not is_address(file) and is_adaptation(file):
+    if is_adaptation(file):
         for name in ("scene_file", "frame", "topic", "message", "home", "heading"):
             if options[name] is not None:
                 flag = name.removesuffix("_file")

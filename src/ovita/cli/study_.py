@@ -159,7 +159,7 @@ def report(source: str, out: str | None, attention: float, title: str | None, no
         click.echo(f"{PILOT}; every table and figure says so.")
     for s in found.summaries:
         if (s.question, s.phase, s.group) == ("correctness", "rate", "all"):
-            span = f"{s.success.low:.0%} to {s.success.high:.0%}" if math.isfinite(s.success.low) else "one person"
+            span = f"{s.success.low:.0%} to {s.success.high:.0%}" if s.success.bounded else "one person"
             click.echo(f"  {s.condition}: {s.success.value:.0%} success ({span}), mean {s.mean.value:.2f}")
     click.echo("wrote " + ", ".join(str(path) for path in written))
 

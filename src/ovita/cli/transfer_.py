@@ -113,7 +113,7 @@ def only_for_ros(place: str, **options: str | None) -> None:
 
 def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
     """What the gate would say: of a result all, of another file as far as it names the robot to judge it by."""
-    if not is_address(file) and file.lower().endswith(".json") and is_adaptation(file):
+    if file.lower().endswith(".json") and is_adaptation(file):
         try:
             found = list(review(file, place=out, choices=choices).refusals)
         except FormatError as error:

@@ -259,8 +259,8 @@ def load_scene(path: str | os.PathLike[str]) -> tuple[Scene, bool]:
     return json_.parse_scene(read_text(path), file_name(path))
 
 
-def load_bare(path: str | os.PathLike[str]) -> tuple[Scene, str | None, str] | None:
-    """Scene, robot's name and instruction of a JSON file with objects and no trajectory; None for any other file.
+def load_bare(path: str | os.PathLike[str]) -> Task | None:
+    """The task, with a path that stands still, of a JSON file with objects and no trajectory; None for any other file.
 
     Raises:
         FormatError: If it is such a file and something in it is malformed, or it is not JSON.

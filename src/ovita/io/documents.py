@@ -373,7 +373,7 @@ def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
 def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
     """Build a robot from the parsed content of a robot file: the fields of `Robot`, its workspace a table."""
     given = {"name": Path(file).stem, "max_speed": None, **document}
-    _check_keys(given, [item.name for item in fields(Robot)], "", file)
+    check_keys(given, [item.name for item in fields(Robot)], file)
     workspace = given.pop("workspace", None)
     robot = validated(Robot, given, file)
     if not robot.name.strip():
@@ -516,7 +516,7 @@ def _workspace(document: object, file: str) -> Box | Shell:
         raise FormatError(file, f"is {show(kind)}, expected 'box' or 'shell'", key="workspace.kind")
     shape: type[Box | Shell] = Box if kind == "box" else Shell
     names = [item.name for item in fields(shape)]
-    _check_keys(document, names, "workspace.", file)
+    check_keys(document, names, file, "workspace.")
     points = {"lower": Point, "upper": Point, "center": Point}
     numbers = {
         name: validated(points.get(name, Number), value, file, f"workspace.{name}")
@@ -526,7 +526,8 @@ def _workspace(document: object, file: str) -> Box | Shell:
     return validated(shape, numbers, file, "workspace")
 
 
-def _check_keys(document: Mapping[str, Any], known: Sequence[str], prefix: str, file: str) -> None:
+def check_keys(document: Mapping[str, Any], known: Sequence[str], file: str, prefix: str = "") -> None:
+    """Refuse a document with a key that none of its kind has."""
     for key in document:
         if key not in known:
             raise FormatError(file, unknown_key(key, known), key=f"{prefix}{brief(key)}")

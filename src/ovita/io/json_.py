@@ -28,11 +28,11 @@ from ovita.io.documents import (
     timestep_of,
     validated,
 )
-from ovita.io.files import atomic_write, errors_of, examine, file_name, read_text, suffix
+from ovita.io.files import atomic_write, errors_of, examine, file_name, is_address, read_text, suffix
 from ovita.io.waypoints import read_rows, trajectory_rows
 from ovita.paths.robot import PRESETS
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import TIMESTEP, Trajectory
+from ovita.paths.trajectory import TIMESTEP, Trajectory, standing_still
 
 ADAPTATION_SCHEMA = "ovita.adaptation/1"
 """Value of `schema` in a file that holds an adaptation."""
@@ -113,8 +113,8 @@ def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
     return _scene(_only(document, SCENE_KEYS), file), document.get("frame") is not None
 
 
-def parse_bare(content: str, file: str) -> tuple[Scene, str | None, str] | None:
-    """Read scene, robot's name and instruction from the text of a JSON file with objects and no trajectory.
+def parse_bare(content: str, file: str) -> Task | None:
+    """Read a task, whose path stands still, from the text of a JSON file with objects and no trajectory.
 
     None if the file holds a trajectory, an adaptation, or no objects.
     """
@@ -123,8 +123,8 @@ def parse_bare(content: str, file: str) -> tuple[Scene, str | None, str] | None:
     if is_adaptation(document) or "trajectory" in document or not (isinstance(objects, list) and objects):
         return None
     check_values(document, file)
-    scene = _scene(_only(document, SCENE_KEYS), file)
-    return scene, _named(document.get("robot"))[0], _instruction(document, file)
+    scene, (robot, _) = _scene(_only(document, SCENE_KEYS), file), _named(document.get("robot"))
+    return Task(standing_still(), scene, _instruction(document, file), path=file, robot=robot)
 
 
 def document_of(
@@ -394,8 +394,8 @@ def load_document(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 
 def is_adaptation_file(path: str | os.PathLike[str]) -> bool:
-    """Whether a file is marked as a saved adaptation; False for any other JSON or format."""
-    if suffix(path) != ".json" and os.path.exists(path):
+    """Whether a file is marked as a saved adaptation; False for any other JSON or format, and for an address."""
+    if is_address(os.fspath(path)) or (suffix(path) != ".json" and os.path.exists(path)):
         return False
     examine(path)
     return is_adaptation(parse_object(read_text(path), file_name(path)))

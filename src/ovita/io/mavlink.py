@@ -14,7 +14,7 @@ import math
 import socket
 import struct
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -52,7 +52,7 @@ def upload(
         mission, lost = mission_from(trajectory, scene, choices.home, heading=choices.heading, takeoff=choices.takeoff)
         numbered(mission, with_home=True)
         notes = remarks(mission, trajectory.duration, lost, scene)
-    with vehicle_at(address) as vehicle:
+    with contextlib.closing(Vehicle(address)) as vehicle:
         items = numbered(mission, with_home=vehicle.autopilot == ARDUPILOT)
         if len(items) > _MOST_ITEMS:
             raise LinkError(f"{address}: {len(items)} items are more than a mission can number")
@@ -66,7 +66,7 @@ def upload(
 
 def download(address: Address, home: Home | None, heading: float | None = None) -> Task:
     """Read a vehicle's mission; `home` replaces the vehicle's own, and front points to the `heading`."""
-    with vehicle_at(address) as vehicle:
+    with contextlib.closing(Vehicle(address)) as vehicle:
         items = [_item(message) for message in _fetch_all(vehicle)]
         listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
         if home is None and listed is not None:
@@ -249,7 +249,9 @@ class Vehicle:
 
     def __init__(self, address: Address) -> None:
         self.address = address
-        self.dialect = _dialect()
+        with needs("pymavlink", "mavlink"):
+            from pymavlink.dialects.v20 import common
+        self.dialect: Any = common
         self._codec = self.dialect.MAVLink(None, srcSystem=_SYSTEM, srcComponent=_COMPONENT)
         self._codec.robust_parsing = True
         self._peer: tuple[Any, ...] | None = None
@@ -293,17 +295,17 @@ class Vehicle:
         while True:
             while self._waiting:
                 message = self._waiting.pop(0)
-                if message.get_type() in names and (self._is_autopilot(message) if any_sender else self._mine(message)):
+                if message.get_type() in names and self._counts(message, any_sender):
                     return message
             if time.monotonic() >= end:
                 return None
             self._beat()
             self._receive(min(_POLL, max(end - time.monotonic(), 0.001)))
 
-    def _is_autopilot(self, message: Any) -> bool:
-        return bool(message.autopilot != _NO_AUTOPILOT and message.type != _GROUND_STATION)
-
-    def _mine(self, message: Any) -> bool:
+    def _counts(self, message: Any, any_sender: bool) -> bool:
+        """Whether a message is from the vehicle to this side, or from any autopilot."""
+        if any_sender:
+            return bool(message.autopilot != _NO_AUTOPILOT and message.type != _GROUND_STATION)
         from_vehicle = message.get_srcSystem() == self.system and message.get_srcComponent() == self.component
         target = getattr(message, "target_system", _SYSTEM)
         return from_vehicle and target in (_SYSTEM, 0)
@@ -367,19 +369,3 @@ class Vehicle:
             self._last_beat = now
             beat = self.dialect.MAVLink_heartbeat_message(_GROUND_STATION, _NO_AUTOPILOT, 0, 0, 4, 3)
             self._send(beat.pack(self._codec))
-
-
-@contextlib.contextmanager
-def vehicle_at(address: Address) -> Iterator[Vehicle]:
-    """The vehicle at an address, for the time of a block."""
-    vehicle = Vehicle(address)
-    try:
-        yield vehicle
-    finally:
-        vehicle.close()
-
-
-def _dialect() -> Any:
-    with needs("pymavlink", "mavlink"):
-        from pymavlink.dialects.v20 import common
-    return common

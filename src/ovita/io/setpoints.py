@@ -12,6 +12,7 @@ SET_POSITION_TARGET_LOCAL_NED is streamed in PX4's mode OFFBOARD or ArduPilot Co
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ from ovita.errors import LinkError
 from ovita.io.documents import NONE, Choices
 from ovita.io.geodesy import on_earth
 from ovita.io.links import Address
-from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle, vehicle_at
+from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle
 from ovita.paths.robot import Robot
 from ovita.paths.scene import RFU, Frame, Scene, transformed
 from ovita.paths.trajectory import Array, Trajectory
@@ -125,7 +126,7 @@ def fly(
         LinkError: If it was not flown to its end; says in which state the vehicle is left.
     """
     course = Course.of(trajectory, scene, robot, address.rate, choices.heading)
-    with vehicle_at(address) as vehicle:
+    with contextlib.closing(Vehicle(address)) as vehicle:
         notes = Pilot(vehicle, course).fly(takeoff=choices.takeoff, land=address.options.get("end") == "land")
     moments = np.arange(0.0, trajectory.duration, 1.0 / course.rate)
     return np.array([np.concatenate(course.at(float(t))) for t in moments]).astype("<f4").tobytes(), notes

@@ -29,7 +29,6 @@ from ovita.io import (
 )
 from ovita.measure import compare, sentences
 from ovita.paths.scene import Scene
-from ovita.paths.trajectory import standing_still
 from ovita.policy.sandbox import Isolation
 from ovita.result import Adaptation
 from ovita.serve import messages as m
@@ -340,11 +339,9 @@ class Application:
             with _named(path, self.rules.file(path)) as file:
                 if is_skill(file):
                     raise RequestError(f"{path} is a skill; generate a trajectory of it first: ovita generate")
-                bare = load_bare(file)
-                return (load_task(file) if bare is None else _standing(bare)), path
+                return load_bare(file) or load_task(file), path
         text = json.dumps(document)
-        bare = json_.parse_bare(text, "document")
-        return (json_.parse(text, "document") if bare is None else _standing(bare)), "document"
+        return json_.parse_bare(text, "document") or json_.parse(text, "document"), "document"
 
     def _scene_of(self, path: str | None, document: Mapping[str, Any] | None) -> tuple[Scene, bool]:
         if (path is None) == (document is None):
@@ -408,11 +405,6 @@ class Application:
             proposal=proposal,
             resources={name: address_of(task.id, task.turn, name) for name in held},
         )
-
-
-def _standing(bare: tuple[Scene, str | None, str]) -> Task:
-    scene, robot, instruction = bare
-    return Task(standing_still(), scene, instruction, robot=robot)
 
 
 @contextmanager

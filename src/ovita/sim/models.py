@@ -177,14 +177,12 @@ def _loaded(text: str, tip: str | None) -> RobotModel:
 
 
 def _model(path: Path, document: dict[str, Any]) -> RobotModel:
-    names = [f.name for f in fields(_Common)]
-    common = validated(_Common, {k: v for k, v in document.items() if k in names}, str(path))
+    own_keys = {f.name for f in fields(_Common)}
+    common = validated(_Common, {key: document[key] for key in document if key in own_keys}, str(path))
     kind = _LIMITS[common.controller]
-    rest = {k: v for k, v in document.items() if k not in names}
-    known = [f.name for f in fields(kind)]
-    for key in rest:
-        if key not in known:
-            raise RobotError(f"{path}: {key} is no key of a robot with controller {common.controller!r}")
+    rest = {key: document[key] for key in document if key not in own_keys}
+    for key in sorted(rest.keys() - {f.name for f in fields(kind)}):
+        raise RobotError(f"{path}: {key} is no key of a robot with controller {common.controller!r}")
     limits = validated(kind, rest, str(path))
     file = path.parent / common.model
     if not file.is_file():

@@ -205,9 +205,8 @@ def build(
     for key in _OPTIONS:
         setattr(world.option, key, getattr(child.option, key))
     fixed, rolls = robot.controller == "arm", robot.controller == "rover"
-    half = 0.5 * base.yaw
-    pose = (base.x, base.y, base.z, np.cos(half), 0.0, 0.0, np.sin(half))
-    stand = np.array(pose if fixed else (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
+    stood = base if fixed else Base()
+    stand = np.array([*stood.position, np.cos(0.5 * stood.yaw), 0.0, 0.0, np.sin(0.5 * stood.yaw)])
     frame = world.worldbody.add_frame(pos=stand[:3], quat=stand[3:])
     world.attach(child, frame=frame, prefix=PREFIX)
     _furnish(world, base if fixed else None, ground)

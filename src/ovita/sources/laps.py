@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ovita.instruct.frames import Figure, Place, Quantity, Sense
 from ovita.instruct.lexicon import is_filler
-from ovita.instruct.numbers import Amount, Degree, amount_at
+from ovita.instruct.lexicon import Amount, Degree, amount_at
 from ovita.paths.scene import Scene
 from ovita.sources.places import Text, phrase_at, way_words
 

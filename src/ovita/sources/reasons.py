@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ovita.instruct.numbers import amount_at
+from ovita.instruct.lexicon import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
 
 GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))

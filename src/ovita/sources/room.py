@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ovita.instruct.frames import Approach, Clearance, Quantity, SemanticFrame
-from ovita.instruct.numbers import Scale
+from ovita.instruct.lexicon import Scale
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array

@@ -17,7 +17,7 @@ from ovita.io.files import read_text
 from ovita.io.json_ import parse_object
 from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import PRESETS, Robot, preset_name
-from ovita.paths.trajectory import Array, Trajectory, standing_still
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.result import Adaptation
 from ovita.studio import html
 from ovita.studio.sessions import Desk
@@ -110,11 +110,8 @@ def _robot_of(task: Task, path: str) -> Robot | None:
 def _task_or_scene(path: str) -> Task:
     """A task; of a file with objects and no trajectory, its scene with a path that stands still."""
     bare = load_bare(path)
-    if bare is None:
-        return load_task(path)
-    scene, robot, instruction = bare
     note = "the file holds no trajectory; say from where to where"
-    return Task(standing_still(), scene, instruction, path=path, robot=robot, notes=(note,))
+    return load_task(path) if bare is None else replace(bare, notes=(note,))
 
 
 def _generated(path: str) -> Task:

@@ -193,22 +193,23 @@ def draw(study: StudyFolder, person: Participant) -> str:
     Those that fewest people were shown come first, among them items that this person has not seen rated. Nobody judges
     an item that they adapted themselves, and nobody judges a result twice.
     """
-    everybody = [progress_of(study, other) for other in study.participants.values()]
-    seen = Counter(event.of for progress in everybody for event in progress.events if event.event == "shown")
-    mine = next(progress for progress in everybody if progress.person.id == person.id)
-    had = {event.of for event in mine.events}
-    open_ = [
-        (f"{progress.person.id}/{page.id}", page.item)
-        for progress in everybody
-        if progress.person.id != person.id and not progress.withdrawn
-        for page in progress.person.pages
-        if page.kind == "adapt" and page.id in progress.answered and page.item not in person.adapted
-    ]
-    left = sorted((of, item) for of, item in open_ if of not in had)
+    everybody = {other.id: progress_of(study, other) for other in study.participants.values()}
+    seen = Counter(event.of for progress in everybody.values() for event in progress.events if event.event == "shown")
+    had = {event.of for event in everybody.pop(person.id).events}
+    adapted = [lot for progress in everybody.values() for lot in _adapted(progress)]
+    left = sorted((of, item) for of, item in adapted if of not in had and item not in person.adapted)
     if not left:
         return ""
     random.Random(f"ovita cross-rating {study.design.seed} {person.id} {len(had)}").shuffle(left)
     return min(left, key=lambda lot: (seen[lot[0]], lot[1] in person.rated))[0]
+
+
+def _adapted(progress: StudyProgress) -> Iterator[tuple[str, str]]:
+    """What a person adapted and did not withdraw: "p07/s002", and the item."""
+    answered = progress.answered
+    for page in () if progress.withdrawn else progress.person.pages:
+        if page.kind == "adapt" and page.id in answered:
+            yield f"{progress.person.id}/{page.id}", page.item
 
 
 def whose(study: StudyFolder, of: str) -> tuple[StudyProgress, StudyPage]:

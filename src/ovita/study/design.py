@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from ovita.errors import FormatError, RequestError
-from ovita.io.documents import parse_toml, unknown_key, validated
+from ovita.io.documents import check_keys, parse_toml, validated
 from ovita.io.files import read_text
 from ovita.study.ratings import NONE
 
@@ -157,10 +157,7 @@ def read_design(path: str | os.PathLike[str]) -> StudyDesign:
     """
     file = str(path)
     document = parse_toml(read_text(path), file)
-    known = [item.name for item in fields(StudyDesign)]
-    for key in document:
-        if key not in known:
-            raise FormatError(file, unknown_key(key, known), key=key)
+    check_keys(document, [item.name for item in fields(StudyDesign)], file)
     design: StudyDesign = validated(StudyDesign, document, file)
     return design
 
