@@ -8,10 +8,11 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, in_frame, plain, robot_from, show_notes, waiting
-from ovita.errors import RequestError
-from ovita.io import Task, load_robot, load_scene, save_task
+from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, in_frame, own_robot, plain, robot_from, show_notes, waiting
+from ovita.errors import FormatError, RequestError
+from ovita.io import Task, load_bare, load_robot, load_scene, load_task, save_task
 from ovita.io.documents import plain as as_json_value
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.result import Adaptation
 from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan, plan
 from ovita.sources.words import from_words
@@ -25,7 +26,9 @@ from ovita.sources.words import from_words
 @click.option(
     "--planner", default="limits", show_default=True, metavar="NAME", help=f"{', '.join(PLANNERS)}, or of a plug-in."
 )
-@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
+@click.option(
+    "--robot", metavar="NAME|FILE", help="Limits, as for ovita adapt. [the robot that SCENE names, else none]"
+)
 @click.option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
 @click.option("--waypoints", type=int, default=WAYPOINTS, show_default=True, metavar="N")
 @click.option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
@@ -33,25 +36,37 @@ from ovita.sources.words import from_words
 @click.option("--time-limit", type=float, default=TIME_LIMIT, show_default=True, metavar="SECONDS")
 @FRAME
 @click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
-def command(scene: str, robot: str, out: str | None, frame: str | None, as_json: bool, **options: Any) -> None:
+def command(scene: str, robot: str | None, out: str | None, frame: str | None, as_json: bool, **options: Any) -> None:
     """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
 
     A PLACE is an object ("box"), a place at one ("above the box", "0.1 m left of the cup", "between the posts"), or
-    x,y,z in metres. At an object that is an obstacle, the path keeps the robot's distance.
+    x,y,z in metres. At an object that is an obstacle, the path keeps the robot's distance. From words alone, a
+    trajectory is made by ovita adapt SCENE "from the box to the plate, slowly".
 
     Planners: limits (moves the straight way around obstacles; quick), rrt_connect and rrt_star (sampling, extra
     planning), mpc (what a rover or drone would really drive), joint (all joints of an arm, extras planning and sim).
     """
     surroundings = in_frame(load_scene(scene)[0], frame)
+    limits, named, notes = (load_robot(robot), robot, ()) if robot else _own_robot(scene)
     with waiting(f"{options['planner']} plans", quiet=as_json) as tell:
-        found = plan(surroundings, robot=load_robot(robot), progress=tell, **options)
+        found = plan(surroundings, robot=limits, progress=tell, **options)
     lost: tuple[str, ...] = ()
     if out and found.ok:
-        task = replace(found.task(None if robot == "none" else robot), path=scene)
+        task = replace(found.task(None if named == "none" else named), path=scene)
         lost = save_task(out, task)
     _tell(found, out, as_json)
-    show_notes(lost)
+    show_notes((*notes, *lost))
     raise SystemExit(0 if found.ok else EXIT_REFUSED)
+
+
+def _own_robot(scene: str) -> tuple[Robot, str | None, tuple[str, ...]]:
+    """The robot that a scene's file names, that name, and a note where it is not known; none where it names none."""
+    try:
+        task = load_bare(scene) or load_task(scene)
+    except FormatError:  # no trajectory and no objects
+        return UNLIMITED, None, ()
+    limits, notes = own_robot(task)
+    return limits, None if notes else task.robot, notes
 
 
 def generated(

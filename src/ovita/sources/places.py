@@ -90,7 +90,7 @@ class Location:
         point: Coordinates [m], or None.
         unclear: What several objects, or none, fit; else "".
         seen: Whether the relation is the side of the robot on its way that the object is to be on.
-        away: Level direction (3,) in which the place lies instead of along the relation, for a side of the robot, or None.
+        away: Level direction (3,) of the place, for a side of the robot that is none of the scene's, or None.
         height: Over the ground, which counts instead of that of the place [m], or None.
     """
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
-from ovita.sources.places import BEHIND, HAVING, SEEN, TURNED, Location, Text, phrase_at, way_words
+from ovita.sources.places import BEHIND, HAVING, SEEN, TURNED, Location, Relation, Text, phrase_at, way_words
 
-BEING, TURNING = way_words("being"), {f"{at} the {side}": side for at in ("to", "on") for side in TURNED}
-"""What may stand between a thing and its side; sides that are the robot's where a thing is to be kept on them."""
+BEING = way_words("being")
+"""What may stand between a thing and its side."""
+
+KEPT: dict[str, Relation] = {**BEHIND, "to the left": "left", "to the right": "right"}
+"""Sides that are the robot's where a thing is to be kept on them."""
 
 BEFORE = 3
 """Words between the word for keeping and the thing."""
@@ -42,13 +44,13 @@ def seen_sides(text: Text) -> list[SeenSide]:
     return found
 
 
-def _side_at(text: Text, k: int, kept: bool) -> tuple[Literal["left", "right"] | None, int]:
+def _side_at(text: Text, k: int, kept: bool) -> tuple[Relation | None, int]:
     """The side of the robot that is told from piece k on, and how many words it takes."""
     said, used = phrase_at(text.words, k, SEEN)
     side = SEEN.get(said)
     if kept and not used:
-        said, used = phrase_at(text.words, k, {**BEHIND, **TURNING})
-        side = {**BEHIND, **TURNING}.get(said)
+        said, used = phrase_at(text.words, k, KEPT)
+        side = KEPT.get(said)
     closed = text.words[k + used : k + used + 1] not in (["of"], ["side"], ["from"])
     return (side, used) if used and closed and side in TURNED else (None, 0)
 

@@ -6,7 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, Reading, Role, SemanticFrame, Shift, Smooth, same
+from ovita.instruct.frames import (
+    Clearance,
+    Extend,
+    Figure,
+    Height,
+    Pace,
+    Quantity,
+    Reading,
+    Role,
+    SemanticFrame,
+    Shift,
+    Smooth,
+    same,
+)
 from ovita.instruct.referee import DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene

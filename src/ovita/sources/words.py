@@ -136,7 +136,7 @@ def from_words(
 
 
 def _at_a_speed(route: Route, robot: Robot, wanted: float | None) -> tuple[Route, float | None]:
-    """The route without the speed [m/s] that it asks for all along, and that speed, which is planned from rest to rest."""
+    """The route without the speed [m/s] that it asks for all along, and that speed, which is planned."""
     paces = [frame for wish in route.wishes for frame in wish.frames if isinstance(frame, Pace) and frame.part == WHOLE]
     told = [frame for frame in paces if frame.change == "set" and frame.amount is not None]
     amount = told[0].amount if len(paces) == len(told) == 1 else None
@@ -184,7 +184,10 @@ def _with_distance(made: Generation, request: PlanRequest, planner: Planner, sta
     kept = [promise.arguments for promise in result.postconditions if promise.kind == "distance"]
     asked = [(promise.get("object"), promise.get("at_least")) for promise in kept]
     room = {str(name): np.full(3, least - keep + SPARE) for name, least in asked if name and least and least > keep}
-    room |= {name: np.maximum(more, room.get(name, 0.0)) for name, more in _sides_kept(made.route, request.scene, request.robot).items()}
+    room |= {
+        name: np.maximum(more, room.get(name, 0.0))
+        for name, more in _sides_kept(made.route, request.scene, request.robot).items()
+    }
     found = _roomy(request, planner, room, stages["progress"])
     if found is None or found.trajectory is None:
         return made
