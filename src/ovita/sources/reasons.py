@@ -71,6 +71,9 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
     if text.words[first] in SPEAKER and first + 1 < end and verb is None:
         verb = first + 1  # "it tips over easily"
+    place = text.place_at(verb + 1) if verb is not None and verb + 1 < end else None
+    if place is not None and place[1] >= end:
+        return None  # "the arrival is the oven"
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
     return ReasonClause(range(k, end), verb) if stated and verb is not None else None
 
