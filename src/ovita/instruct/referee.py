@@ -1,15 +1,14 @@
 """The referee: from what the readers made of an utterance to a verdict: do it, show it first, ask back, or decline.
 
 It reads nothing itself. It compares the readings, counts what they leave unused, and holds them against plain facts of
-the utterance: its numbers, objects, directions, negations and bounds. From these grounds a forest of small trees, grown
-on voices that the network had not seen, says how likely a reading is meant.
+the utterance: its numbers, objects, directions, negations and bounds. Each ground counts some points; their sum says
+how likely a reading is meant.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
@@ -20,7 +19,6 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import NEVER, UNKNOWN, contradictions
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.forest import Forest, forest
 from ovita.instruct.frames import name_of
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread
@@ -36,7 +34,32 @@ Who = Literal["rules", "learned"]
 By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, "tuple[float, float] | None"]
 
-DO, SHOW = 0.82, 0.15
+POINTS = {
+    "always": 0.93,
+    "both agree": 1.79,
+    "confidence": 0.66,
+    "confidence in both": 0.67,
+    "a word unread": -0.70,
+    "words unread": -0.97,
+    "unread by the network": 0.33,
+    "left by the rules": 0.09,
+    "the rules read otherwise": -1.24,
+    "contradicted": -0.32,
+    "the other contradicted": 0.28,
+    "beyond the network": -1.54,
+    "likelihood": 0.29,
+    "weakest": 0.18,
+    "in common": 1.41,
+    "but for the part": 0.94,
+    "fewer frames": 0.43,
+    "more frames": 0.64,
+    "the other asks": -0.68,
+    "the other reads nothing": -0.81,
+}
+"""What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
+seen."""
+
+DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ, UNOPPOSED = 0.5, 0.3
@@ -167,11 +190,7 @@ def learned_reader() -> LearnedReader | None:
 
 
 def judged(
-    said: Sequence[Chunk],
-    rules: F.Reading | None,
-    learned: F.Reading | None,
-    weighed: Weighed | None = None,
-    trees: Forest | None = None,
+    said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None, weighed: Weighed | None = None
 ) -> Understanding:
     """The verdict on what two readers made of an utterance; either may be None.
 
@@ -180,7 +199,6 @@ def judged(
         rules: What the rules made of it.
         learned: What the learned reader made of it.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
-        trees: What says how likely a reading is meant; by default what the package brings.
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
@@ -193,8 +211,7 @@ def judged(
     agreed = _agree(rules, learned)
     if agreed:
         candidates = candidates[:1]
-    trees = trees or forest()
-    rated = [(trees.likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
+    rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
     whole = _whole(said, rules)
     over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
@@ -263,10 +280,7 @@ def grounds(
     learned: F.Reading | None,
     weighed: Weighed | None = None,
 ) -> dict[str, float]:
-    """What speaks for and against a reader's reading, by name; one that both agree on is the rules'.
-
-    How the readers differ, what they leave unread, what contradicts it; then the classes of what is read and said.
-    """
+    """What speaks for and against a reader's reading, by the names of POINTS; one that both agree on is the rules'."""
     one, other = (rules, learned) if by == "rules" else (learned, rules)
     assert one is not None
     agree, mine, met = _agree(rules, learned), by == "rules", _reads(other)
@@ -274,45 +288,30 @@ def grounds(
     sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or not mine) else 0.5
     weight = None if weighed is None else weighed.get(by)
     total, least = weight or (0.0, 0.0)
-    doubts = contradictions(said, _frames(one))
-    unread = () if rules is None else rules.unread
-    found: dict[str, float] = {
-        "rules": mine,
-        "agree": agree,
-        "confidence": math.log(sure / (1.0 - sure)),
-        "confidence of the network": 0.5 if learned is None else learned.confidence,
-        "unread by the rules": len(unread),
-        "aside": 0 if rules is None else len(rules.aside),
-        "unread": len(one.unread),
-        "doubts": len(doubts),
-        "never": bool(doubts) and bool(contradictions(said, _frames(one), NEVER)),
-        "doubts of the other": 0 if agree else len(contradictions(said, _frames(other or F.Reading()))),
-        "beyond the network": weighed is not None and weight is None,
-        "likelihood": max(total, -25.0),
-        "weakest": max(least, -8.0),
+    left = 0 if rules is None else len(rules.unread)
+    more = len(_frames(one)) - len(_frames(other or F.Reading()))
+    return {
+        "always": 1.0,
+        "both agree": float(agree),
+        "confidence": 0.0 if agree else math.log(sure / (1.0 - sure)),
+        "confidence in both": math.log(sure / (1.0 - sure)) if agree else 0.0,
+        "a word unread": float(mine and left == 1),
+        "words unread": float(mine and left > 1),
+        "unread by the network": float(not mine and bool(one.unread)),
+        "left by the rules": 0.0 if mine else min(left, 6) / 3.0,
+        "the rules read otherwise": float(not mine and met),
+        "contradicted": float(bool(contradictions(said, _frames(one)))),
+        "the other contradicted": float(not agree and bool(contradictions(said, _frames(other or F.Reading())))),
+        "beyond the network": float(weighed is not None and weight is None),
+        "likelihood": max(total, -25.0) / 5.0,
+        "weakest": max(least, -8.0) / 3.0,
         "in common": _shared(one, other) if apart else 0.0,
-        "but for the part": apart and _but_for_the_part(one, other),
-        "frames": len(_frames(one)),
-        "frames of the other": len(_frames(other or F.Reading())),
-        "the other asks": other is not None and bool(other.question or other.improper),
-        "the other reads nothing": other is not None and not (met or other.question or other.improper),
-        "length": len(said),
+        "but for the part": float(apart and _but_for_the_part(one, other)),
+        "fewer frames": float(apart and more < 0),
+        "more frames": float(apart and more > 0),
+        "the other asks": float(other is not None and bool(other.question or other.improper)),
+        "the other reads nothing": float(other is not None and not (met or other.question or other.improper)),
     }
-    classes = Counter(f"said {chunk.kind}" for chunk in said)
-    read, elsewhere = _held(_frames(one)), _held(_frames(other or F.Reading()))
-    otherwise = {} if agree else {f"the other's {name}": n for name, n in (elsewhere - read).items()}
-    return {name: float(value) for name, value in {**found, **classes, **read, **otherwise}.items()}
-
-
-def _held(frames: Iterable[F.SemanticFrame]) -> Counter[str]:
-    """How often each kind of frame, part of the path, change, unit, role and degree is in what was read."""
-    found: Counter[str] = Counter()
-    for frame in frames:
-        name = name_of(frame)
-        slots = [f"{name} {getattr(frame, slot, '')}" for slot in ("change", "sense", "relation", "direction")]
-        amounts = [word for q in frame.quantities.values() for word in (f"in {q.unit or 'no unit'}", f"role {q.role}")]
-        found.update([name, f"part {frame.part.kind}", f"degree {frame.degree}", *slots, *amounts])
-    return found
 
 
 def _but_for_the_part(one: F.Reading, other: F.Reading | None) -> bool:
@@ -328,6 +327,11 @@ def _shared(one: F.Reading, other: F.Reading | None) -> float:
     mine, theirs = _frames(one), _frames(other or F.Reading())
     alike = sum(any(F.same((frame,), (twin,)) for twin in theirs) for frame in mine)
     return 2.0 * alike / max(len(mine) + len(theirs), 1)
+
+
+def likelihood(found: Mapping[str, float]) -> float:
+    """How likely a reading is meant (0..1), from the grounds for and against it."""
+    return 1.0 / (1.0 + math.exp(-sum(POINTS[name] * value for name, value in found.items())))
 
 
 def _reads(reading: F.Reading | None) -> bool:
