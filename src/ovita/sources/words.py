@@ -31,7 +31,7 @@ from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, 
 from ovita.sources.route import Route, read_route
 from ovita.sources.stops import same_place
 from ovita.sources.wishes import Wish
-from ovita.text import called_as, number, sentence, the
+from ovita.text import called_as, length, number, sentence, the
 from ovita.writers.base import PolicyWriter, Progress, Prompt, Reply, WriterChain, writer_named
 from ovita.writers.generate import BuiltinWriter, FramesWriter
 
@@ -259,7 +259,9 @@ def _adapted(
         result, doubts = enforced(instruction, path, scene, robot, constraints=limits), route.doubts
     doubts = (*doubts, *_otherwise(route, result.adapted or path, scene))
     result = to_confirm(result, doubts=doubts) if result.usable and doubts else result
-    return _whole(result, instruction, sentence(f"Plan the way {request.told}"), (*route.notes, *_near(route, robot)))
+    way = f"{length(path.length)} at up to {number(float(path.speeds.max()))} m/s"
+    told = sentence(f"Plan the way {request.told}: {way}")
+    return _whole(result, instruction, told, (*route.notes, *_near(route, robot)))
 
 
 def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
