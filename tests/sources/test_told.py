@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 from ovita import Robot, from_words
 from ovita.cli.main import cli
+from ovita.paths.robot import UNLIMITED
 from ovita.sources.route import read_route
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
@@ -18,7 +19,7 @@ import generation
 
 def made_of(said, robot="drone"):
     """What the built-in writer makes of a sentence in a yard."""
-    return from_words(said, YARD, Robot.preset(robot), writer="builtin")
+    return from_words(said, YARD, Robot.preset(robot) if robot else UNLIMITED, writer="builtin")
 
 
 YARD = generation.scene_of(
@@ -104,6 +105,27 @@ def test_a_statement_asks_for_nothing(reason):
     route = read_route(f"From the shed to the bench, slowly, {reason}", YARD)
     assert [type(f).__name__ for wish in route.wishes for f in wish.frames] == ["Pace"]
     assert any("a reason" in note for note in route.notes) and route.goal.label == "the bench"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "I want to look at the tower: from the shed to the bench",
+        "People are standing by the tower. From the shed to the bench",
+        "Can you go from the shed to the bench? There's someone at the tower",
+    ],
+)
+def test_a_statement_of_its_own_is_no_place_on_the_way(said):
+    route = read_route(said, YARD)
+    assert (route.start.label, route.goal.label, route.via) == ("the shed", "the bench", ())
+    assert not (route.wishes or route.doubts)
+
+
+def test_as_fast_as_can_be_needs_a_robot():
+    said = "From the shed to the bench as fast as you can"
+    asked = made_of(said, robot=None).adaptation
+    assert asked.status == "needs_confirmation" and any("highest speed" in doubt for doubt in asked.warnings)
+    assert made_of(said).adaptation.status == "done"
 
 
 def test_plan_takes_the_robot_that_the_scene_names(tmp_path):

@@ -13,6 +13,9 @@ SPEAKER, TELLING, DEMANDS = map(way_words, ("speaker", "telling", "demand"))
 ENDING = frozenset(", ; . : ! ? ( )".split())
 """Marks at which a clause ends."""
 
+INTENT = frozenset(("want", "need", "to"))
+"""Words of what the speaker is about to do."""
+
 SUBJECT = 7
 """Words in front of the verb of a clause, at most."""
 
@@ -57,13 +60,16 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
 
 
 def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
-    """A clause behind a comma, or behind "so", that states something and asks for nothing: "..., it tips over easily".
+    """A clause of its own, or behind "so", that states something and asks for nothing: "..., it tips over easily".
 
-    One that holds an amount, or a word with which a way is told, may ask for something.
+    One that holds an amount, or a word with which a way is told, may ask for something; in front of a colon, it may say
+    what the speaker wants: "I want to check the tank: start at the gate".
     """
-    behind_comma = k > 0 and text.words[k - 1] in (",", ";", ".", ":", "(")
+    closed = text.words[end] if end < len(text) else ""
+    own = closed in (":", ".", "!") if k == 0 else text.words[k - 1] in ENDING
     told = text.words[begin:end]
-    if (begin == k and not behind_comma) or not told or not TELLING.isdisjoint(told) or not DEMANDS.isdisjoint(told):
+    telling = TELLING - INTENT if k == 0 and closed == ":" and told[:1] in (["i"], ["we"]) else TELLING
+    if (begin == k and not own) or not told or not telling.isdisjoint(told) or not DEMANDS.isdisjoint(told):
         return None
     if any(amount_at(text.words, n) is not None for n in range(begin, end)):
         return None
@@ -71,7 +77,8 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
     if text.words[first] in SPEAKER and first + 1 < end and verb is None:
         verb = first + 1  # "it tips over easily"
-    place = text.place_at(verb + 1) if verb is not None and verb + 1 < end else None
+    named = verb is not None and verb + 1 < end and text.words[verb] in FINITE
+    place = text.place_at(verb + 1) if verb is not None and named else None
     if place is not None and place[1] >= end:
         return None  # "the arrival is the oven"
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)

@@ -114,6 +114,8 @@ def from_words(
     if route.question or route.start is None or route.goal is None:
         return Generation(instruction, route, route.question)
     wanted = robot.max_speed if speed is None and route.fastest else speed
+    if route.fastest and wanted is None:
+        route = replace(route, doubts=(*route.doubts, NO_HIGHEST))
     route, wanted = _at_a_speed(route, robot, wanted)
     chosen = planner_named(planner) if isinstance(planner, str) else planner
     told = route
@@ -199,6 +201,8 @@ def _sides_kept(route: Route, scene: Scene, robot: Robot) -> dict[str, Array]:
     """The room (3,) [m] around objects so that a path passes them on the side that was said."""
     return beneath_barred(route, scene) | around_passed(route, scene, robot)
 
+
+NO_HIGHEST = "No robot is named, so its highest speed is not known; say a speed, such as 1 m/s."
 
 RANK: dict[Status, int] = {"done": 0, "limited": 1, "not_as_meant": 2}
 """The better of two results has the lower one."""
