@@ -1,5 +1,7 @@
 """What can be read, reached and found: letters, keys alone, views, and windows of every size."""
 
+from itertools import pairwise
+
 import numpy as np
 from browser_page import fits, tab, until
 
@@ -74,6 +76,15 @@ def count(page):
     return len(session(page).steps)
 
 
+def stacked(page):
+    """Whether the scene, the sheet of panels and the dock stand one below the other, as on a phone."""
+    parts = ("#root canvas", ".mantine-Paper-root:has(.bridge)", "#dock")
+    boxes = [page.locator(part).first.bounding_box() for part in parts]
+    if None in boxes or boxes[0]["height"] < 300:
+        return False
+    return all(abs(a["y"] + a["height"] - b["y"]) <= 2 for a, b in pairwise(boxes))
+
+
 def test_every_text_can_be_read_and_every_window_has_its_panels(studio, browser):
     page = browser(studio, 1366, 768)
     box = page.locator("form input").first
@@ -110,11 +121,7 @@ def test_every_text_can_be_read_and_every_window_has_its_panels(studio, browser)
     page.wait_for_selector("[role=tab][aria-selected=true]:has-text('View')")
     assert page.evaluate(UNREADABLE) == []
     fits(page)
-    scene = page.locator("#root canvas").first.bounding_box()
-    sheet = page.locator(".mantine-Paper-root:has(.bridge)").first.bounding_box()
-    dock = page.locator("#dock").bounding_box()
-    assert scene["height"] >= 300
-    assert abs(scene["y"] + scene["height"] - sheet["y"]) <= 2 and abs(sheet["y"] + sheet["height"] - dock["y"]) <= 2
+    until(lambda: stacked(page))  # on a busy machine the panels come to the bottom later than their tabs
     for name in ("Play", "sketch", "curvature"):
         button = page.locator("#dock").get_by_role("button", name=name)
         button.scroll_into_view_if_needed()

@@ -134,7 +134,7 @@ def until(tab, words):
 def test_twelve_people(make, tabs):
     study = make(adapt={"items": 1})
     links = [address_of(token) for token in study.tokens.values()]
-    with process(study) as (server, base):
+    with process(study, drawn=True) as (server, base):
         port = int(base.rpartition(":")[2])
         one = sketched(tabs(base))
         one.goto(base + links[0])
@@ -155,7 +155,7 @@ def test_twelve_people(make, tabs):
         one.go_back()
         step(one)
         os.kill(server.pid, signal.SIGKILL)
-    with process(study, port) as (_, base):
+    with process(study, port, drawn=True) as (_, base):
         crowd = [sketched(tabs(base)) for _ in links[2:]]
         for tab, link in zip(crowd, links[2:], strict=True):
             tab.goto(base + link)

@@ -31,9 +31,17 @@ sys.exit(main())"""
 
 
 @contextmanager
-def process(study, port=0):
-    """A real server in a process of its own, without pictures; it gives the process and the address."""
-    command = [sys.executable, "-c", UNDRAWN, "study", "serve", str(study.path), "--port", str(port)]
+def process(study, port=0, drawn=False):
+    """A real server in a process of its own, by default without pictures; it gives the process and the address."""
+    command = [
+        sys.executable,
+        *(["-m", "ovita"] if drawn else ["-c", UNDRAWN]),
+        "study",
+        "serve",
+        str(study.path),
+        "--port",
+        str(port),
+    ]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
         try:
             line = server.stdout.readline()

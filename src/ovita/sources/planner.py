@@ -350,7 +350,7 @@ def _barred(name: str, anchor: Anchor, request: PlanRequest) -> list[str]:
     """Why no legal path can be at a place, each a sentence."""
     at = point([round(float(value), 3) for value in anchor.position])
     where = f"{name}, {at}," if not anchor.objects else f"{name}, {anchor.label} at {at},"
-    remedy = "; choose another place, or lower the robot's margin"
+    remedy = "; choose another place, or a robot with other limits"
     return [sentence(f"{where} {why}{remedy}") for why in troubles(anchor.position, request.scene, request.robot)]
 
 
