@@ -53,16 +53,8 @@ def test_a_scene_without_a_trajectory_gets_one_by_words(start, browser, tmp_path
     assert not page.broken
 
 
-def test_a_pen_that_is_dragged_shows_a_movement(start, browser, tmp_path):
-    page = browser(start())
-    tab(page, "Edit")
-    button = page.get_by_role("button", name="Take the pen")
-    button.scroll_into_view_if_needed()
-    before = picture(page)
-    button.click()
-    page.get_by_role("button", name="Put the pen away").wait_for()
-    until(lambda: len(changed(before, picture(page))) > 20)
-    x, y = np.median(changed(before, picture(page)), axis=0)
+def dragged(page, x, y):
+    """Press at a place, move, and let go."""
     page.mouse.move(x - 1, y)
     page.wait_for_timeout(300)
     page.mouse.move(x, y)
@@ -73,6 +65,23 @@ def test_a_pen_that_is_dragged_shows_a_movement(start, browser, tmp_path):
         page.mouse.move(x + 12 * k, y - 3 * k)
         page.wait_for_timeout(60)
     page.mouse.up()
+    page.wait_for_timeout(1500)
+
+
+def test_a_pen_that_is_dragged_shows_a_movement(start, browser, tmp_path):
+    page = browser(start())
+    tab(page, "Edit")
+    button = page.get_by_role("button", name="Take the pen")
+    button.scroll_into_view_if_needed()
+    before = picture(page)
+    button.click()
+    page.get_by_role("button", name="Put the pen away").wait_for()
+    until(lambda: len(changed(before, picture(page))) > 20)
+    x, y = np.median(changed(before, picture(page)), axis=0)
+    for _ in range(5):  # a page that is busy may miss that the pen is under the pointer; a person would drag again
+        dragged(page, x, y)
+        if page.view.pen.strokes:
+            break
     page.wait_for_selector("text=1 demonstration")
     (task,) = page.view.pen.strokes
     positions = task.trajectory.positions
