@@ -164,6 +164,24 @@ def test_what_is_pointed_at_is_never_the_whole_path_without_a_yes(text):
     assert understand(text, SCENE, quick=True).outcome != "do"
 
 
+@pytest.mark.parametrize(
+    ("text", "offset"),
+    [
+        ("move four centimetres down and three to the left", {"down": 0.04, "left": 0.03}),
+        ("up 5 cm, 10 right", {"up": 0.05, "right": 0.1}),
+    ],
+)
+def test_a_number_without_a_unit_has_that_of_the_length_before_it(text, offset):
+    found = understand(text, SCENE)
+    (shift,) = found.reading.frames
+    assert found.outcome == "do" and {way: q.value for way, q in shift.offset} == pytest.approx(offset)
+
+
+def test_a_length_without_a_unit_that_is_hardly_meant_in_metres_is_shown_first():
+    found = understand("no nearer than 60 to the cup", SCENE)
+    assert found.outcome == "needs_confirmation" and "60 has no unit; it would be 60 m." in found.doubts
+
+
 @pytest.mark.parametrize("text", ["go left by 0.2", "please slow down near the cup", "raise it by 10 cm"])
 def test_the_network_is_not_asked_about_short_plain_utterances(text):
     found = understand(text, SCENE, quick=True)

@@ -308,27 +308,6 @@ HANDLING = TURNING | frozenset(
 
 TOOLS = frozenset("gripper hand wrist camera tool head".split())
 
-CHECKS = (
-    _turned,
-    _negated,
-    _unbounded,
-    _compared,
-    _number_left,
-    _object_left,
-    _conditional,
-    _two_waypoints,
-    _by_for_to,
-    _once_near,
-    _anywhere,
-    _thing_moved,
-    _wish_left,
-    _end_lost,
-    _above_lost,
-    _height_lost,
-    _pointed,
-    _without_unit,
-)
-
 NEVER = (
     _compared,
     _conditional,
@@ -341,6 +320,19 @@ NEVER = (
     _without_unit,
 )
 """What is never done at once, however likely its reading is."""
+
+CHECKS = (
+    _turned,
+    _negated,
+    _unbounded,
+    _number_left,
+    _object_left,
+    _two_waypoints,
+    _by_for_to,
+    _once_near,
+    _anywhere,
+    *NEVER,
+)
 
 
 def _said(said: Sequence[Chunk], kinds: frozenset[str] | set[str]) -> str:
