@@ -52,17 +52,29 @@ LENGTHS = (
 )
 
 _RATES = ("{}/s", "{} per second", "{} a second", "{} per sec", "{} / s", "{} per s", "{} / second", "{} each second")
+_RATES_OF_RATES = (
+    "{}/s2", "{}/s^2", "{}/s²", "{}/s/s", "{} per second squared", "{} a second squared", "{} per s squared",
+    "{} per second per second", "{} per second^2", "{} per square second",
+)  # fmt: skip
 _STEPS = (
     "timestep, time step, step, tick, time tick, frame, cycle, iteration, time unit, clock tick, time instant, "
     "instant, control step, sampling step, beat, time interval, interval, time slot, period, time period, moment, "
     "slot, control cycle, time point, turn of time"
 )
 
-SPEEDS = (
-    *(
-        Unit(f"{u.symbol}/s", "m/s", u.factor, tuple(rate.format(w) for w in u.spellings for rate in _RATES))
+
+def _per(symbol: str, dimension: str, patterns: tuple[str, ...]) -> tuple[Unit, ...]:
+    """A unit for each length, such as its speed, whose spellings are patterns of the length's."""
+    return tuple(
+        Unit(symbol.format(u.symbol), dimension, u.factor, tuple(p.format(w) for w in u.spellings for p in patterns))
         for u in LENGTHS
-    ),
+    )
+
+
+ACCELERATIONS = _per("{}/s^2", "m/s2", _RATES_OF_RATES)
+
+SPEEDS = (
+    *_per("{}/s", "m/s", _RATES),
     _unit("m/s", "m/s", 1.0, "mps, m s"),
     _unit("kt", "m/s", 0.514444, "kt, knot, kts"),
     _unit("mph", "m/s", 0.44704, "mph, mile per hour, mile an hour"),
@@ -74,10 +86,7 @@ SPEEDS = (
 TABLE: tuple[Unit, ...] = (
     *LENGTHS,
     *SPEEDS,
-    _unit("m/s^2", "m/s2", 1.0, "m/s2, m/s^2, m/s²"),
-    _unit("cm/s^2", "m/s2", 0.01, "cm/s2, cm/s^2, cm/s²"),
-    _unit("mm/s^2", "m/s2", 0.001, "mm/s2, mm/s^2, mm/s²"),
-    _unit("ft/s^2", "m/s2", 0.3048, "ft/s2, ft/s^2, ft/s²"),
+    *ACCELERATIONS,
     _unit("%", "%", 0.01, "%, percent, per cent, percentage, pct"),
     _unit("times", "x", 1.0, "time, x, fold"),
     _unit("timesteps", "step", 1.0, _STEPS),

@@ -14,6 +14,7 @@ from ovita.instruct.frames import Reading
 from ovita.instruct.referee import judged, understand
 from ovita.instruct.slots import TRAINED
 from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
 
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]), SceneObject("box", [1.0, 0.0, 0.0])))
 
@@ -179,7 +180,33 @@ def test_a_number_without_a_unit_has_that_of_the_length_before_it(text, offset):
 
 def test_a_length_without_a_unit_that_is_hardly_meant_in_metres_is_shown_first():
     found = understand("no nearer than 60 to the cup", SCENE)
-    assert found.outcome == "needs_confirmation" and "60 has no unit; it would be 60 m." in found.doubts
+    assert found.outcome == "needs_confirmation" and "60 has no unit; it is taken as 60 cm." in found.doubts
+    assert notation.show(found.reading.frames) == "clearance cup at_least=0.6m"
+
+
+def test_a_length_without_a_unit_that_fits_the_path_is_in_metres():
+    large = Trajectory.from_array([[0.0, 0.0, 1.0, 1.0], [40.0, 0.0, 1.0, 1.0]])
+    found = understand("no nearer than 20 to the cup", SCENE, large)
+    assert found.outcome == "needs_confirmation" and "20 has no unit; it would be 20 m." in found.doubts
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("move it back fifteen, centimetres", "move back=0.15m"),
+        ("keep 15 off the cup, millimetres, minimum", "clearance cup at_least=0.015m"),
+        ("raise it thirty. Centimetres, obviously.", "move up=0.3m"),
+        ("over the cup by 10 mm; over the box by 5", "via over=cup by=0.01m; via over=box by=0.005m"),
+        ("stay at least 2 feet from the cup and no higher than 30", "clearance cup at_least=2ft; height at_most=30ft"),
+        ("go left by 0.2 and up 5 cm", "move left=0.2m up=5cm"),
+        ("climb one zero centimetres", "move up=10cm"),
+        ("lower it one and half centimetres", "move down=1.5cm"),
+        ("delete the first half-dozen waypoints", "trim first=6wp"),
+        ("accelerate at point two metres per second squared", "pace accelerate by=0.2m/s2"),
+    ],
+)
+def test_units_that_stand_apart_from_their_numbers(text, meant):
+    assert F.same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
 
 
 @pytest.mark.parametrize("text", ["go left by 0.2", "please slow down near the cup", "raise it by 10 cm"])

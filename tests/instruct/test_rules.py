@@ -179,10 +179,10 @@ def test_no_string_of_marks_breaks_the_rules(pieces):
     assert isinstance(read(text, SCENE), Reading), text
 
 
-def test_a_number_that_can_be_no_length_in_metres_is_left_unread():
+def test_a_number_too_large_for_metres_is_centimetres():
     path = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-    assert "80" in read("lift 80 near the cup", SCENE, path).unread
-    assert not read("lift 0.08 near the cup", SCENE, path).unread
+    assert show(read("lift 80 near the cup", SCENE, path).frames) == "move up=0.8m @near=cup"
+    assert show(read("lift 0.08 near the cup", SCENE, path).frames) == "move up=0.08m @near=cup"
 
 
 @pytest.mark.parametrize(

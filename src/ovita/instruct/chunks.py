@@ -27,6 +27,7 @@ from ovita.instruct.lexicon import (
     is_digits,
     known_words,
     stems,
+    stray_unit,
     term_at,
     terms,
     unit_at,
@@ -302,12 +303,20 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
     _nicknames(catalog)
     lowered, notes = respelt([w.text.lower() for w in words], catalog)
     found: list[Chunk] = []
-    i = 0
+    i, apart = 0, _apart(lowered)
     while i < len(words):
-        chunk, used = _chunk(words, lowered, i, catalog, found)
+        chunk, used = _chunk(words, lowered, i, catalog, found, apart)
         found.append(chunk)
         i += used
     return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
+
+
+def _apart(words: Sequence[str]) -> int | None:
+    """Where the unit of bare numbers is told by itself, or None."""
+    at = stray_unit(words)
+    return (
+        at if at is not None and any((a := amount_at(words, i)) and a.unit == "m" for i in range(len(words))) else None
+    )
 
 
 def _more_of_them(words: list[_Word]) -> list[_Word]:
@@ -381,8 +390,7 @@ class _Place:
 
 
 def _measured_half(at: _Place) -> bool:
-    half = amount_at(at.words, at.i + at.length - 1) if at.last == "half" else None
-    return half is not None and bool(half.unit)
+    return at.last == "half" and amount_at(at.words, at.i + at.length - 1) is not None
 
 
 def _goes_on(at: _Place) -> bool:
@@ -405,7 +413,7 @@ _MOVING = ("plain", "path", "speed", "keep", "faster", "slower")
 _NO_NUMBER = frozenset({*DETERMINERS, "last", "final", "first", "middle"})
 
 _SENSES: tuple[tuple[Callable[[_Place], object], tuple[str, int]], ...] = (
-    (_measured_half, SHORTER),  # "right" half a metre
+    (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
     (lambda at: at.last == "by" and at.counted and at.kind not in ("by", "at_least", "at_most"), SHORTER),  # "up by" 10 cm
     (lambda at: at.word == "right" and {"stop", "wait"} & {*at.classes(-1, 0)}, ("plain", 1)),
     (lambda at: at.length == 1 and at.bare("stop", "quit") and at.behind.endswith("ing") and _goes_on(at), ("never", 1)),
@@ -512,15 +520,16 @@ def _least(at: _Place, found: Sequence[Chunk]) -> tuple[str, int]:
 
 
 def _chunk(
-    words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk]
+    words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk], apart: int | None
 ) -> tuple[Chunk, int]:
-    """The chunk that begins at a word, and how many words it takes."""
+    """The chunk that begins at a word, and how many words it takes; `apart` is where a unit is told by itself."""
     word = lowered[i]
     kind, length = ("", 0) if _sign(word) else _least(_Place(lowered, i, *_term(lowered, i)), found)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
     options: tuple[Callable[[], Made], ...] = (
         lambda: _sign(word),
         lambda: _thing(lowered, i, catalog, earlier, kind, length),
+        lambda: (_of("filler"), 1) if i == apart else None,
         lambda: _quantity(lowered, i, length),
         lambda: _pronoun(word, earlier, found) if length <= 1 else None,
         lambda: _known(word, kind, length),

@@ -15,6 +15,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
 from ovita.instruct.rules import turned
+from ovita.instruct.together import CENTI, FAR, bare_lengths, length_unit
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 
@@ -123,7 +124,9 @@ def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     ranged = [c for one, to, other in zip(said, said[1:], said[2:], strict=False) if to.kind in ("to", "and")
               for c in (one, other) if any(_near(v, mean) for v in held for mean in _means(one, other))]  # fmt: skip
     for k, chunk in enumerate(said):
-        means = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None else ()
+        units = (1.0, CENTI, *filter(None, map(length_unit, said))) if chunk.kind == "Qn" else (1.0,)
+        amounts = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None else ()
+        means = [value * unit for value in amounts for unit in units]
         if means and not any(_near(v, value) for v in held for value in means) and chunk not in ranged:
             return f"{chunk.text!r} has no place in it."
     return ""
@@ -287,15 +290,16 @@ def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
 
 
 def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
-    """A length without a unit that is hardly meant in metres: "no nearer than 60"."""
-    measured = F.Shift | F.MoveEnd | F.Approach | F.Clearance | F.Height | F.Extend | F.Hover | F.Hop | F.Bound
-    lengths = [q for frame in frames if isinstance(frame, measured) for q in frame.quantities.values()]
-    bare = next((q.value for q in lengths if q.unit == "" and q.role != "of" and abs(q.value) >= FAR), None)
-    return "" if bare is None else f"{bare:g} has no unit; it would be {bare:g} m."
+    """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
+    measured = [q for frame in frames for q in frame.quantities.values() if q.unit == "m"]
+    lengths = {abs(q.value) for q in (*measured, *(q for frame in frames for q in bare_lengths(frame).values()))}
+    for number in (chunk.q.value for chunk in said if chunk.kind == "Qn" and chunk.q is not None):
+        if number >= 1.0 and any(_near(number * CENTI, length) for length in lengths):
+            return f"{number:g} has no unit; it is taken as {number:g} cm."
+        if number >= FAR and number in lengths:
+            return f"{number:g} has no unit; it would be {number:g} m."
+    return ""
 
-
-FAR = 5.0
-"""Metres that are hardly meant where no unit is said."""
 
 OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
 """What the path is called, which asks for nothing by itself."""

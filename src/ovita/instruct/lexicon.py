@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
+from itertools import takewhile
 from typing import Literal
 
 import numpy as np
@@ -20,7 +21,7 @@ import numpy as np
 from ovita.errors import OvitaError
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.units import SPELLINGS
+from ovita.units import LENGTHS, SPELLINGS
 
 PLAIN = "plain"
 """The concept of words that ask for nothing by themselves."""
@@ -215,6 +216,8 @@ UNITS: Mapping[tuple[str, ...], tuple[str, float]] = {
 }
 """Unit words in the singular to (dimension, factor to SI)."""
 
+LONGEST_UNIT = max(map(len, UNITS))
+
 _ONES = (
     "zero one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen"
 )
@@ -265,7 +268,7 @@ def ambiguous(text: str) -> str:
     said = [word.strip(".,;:!?()") for word in text.lower().split()]
     for before, word in zip(["", *said], said, strict=False):
         unit = word.lstrip("0123456789.,").removesuffix("s")
-        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit()):
+        if unit in AMBIGUOUS and (word[:1].isdigit() or before[-1:].isdigit() or before in NUMBER_WORDS):
             return f"{unit!r} can be {AMBIGUOUS[unit]}: which is meant?"
     return ""
 
@@ -293,9 +296,36 @@ def amount_at(words: Sequence[str], i: int) -> Amount | None:
     if fraction is not None:
         value, used = value * fraction[0], used + fraction[1]
     unit, factor, more = unit_at(words, i + used)
-    if not more and value >= 1.0:
-        unit, factor = _unit_before(words, i, i + used)
+    if not more:
+        unit, factor = _unit_elsewhere(words, i, i + used)
+        if not unit and value >= 1.0:
+            unit, factor = _unit_before(words, i, i + used)
     return Amount(value * factor, unit, used + more)
+
+
+STRAY = frozenset(
+    word for unit in LENGTHS if unit.symbol in ("m", "dm", "cm", "mm", "in", "ft")
+    for word in unit.spellings if len(word) > 1 and word not in ("unit", "in.", "foot", "millis", "centi")
+)  # fmt: skip
+"""Words that are surely a unit of length, even where no number stands before them."""
+
+ANNOUNCING = frozenset(". , ; : - – — ( ) ! ? in are is mean meant".split())
+"""What stands before a unit that is told apart from its number: "fifteen, centimetres", "all in mm"."""
+
+
+def stray_unit(words: Sequence[str]) -> int | None:
+    """Where the one unit of length stands that is told apart from its numbers ("right 15. Millimetres."), or None."""
+    apart = [
+        k for k, word in enumerate(words) if not STRAY.isdisjoint(stems(word)) and (not k or words[k - 1] in ANNOUNCING)
+    ]
+    return apart[0] if len(apart) == 1 else None
+
+
+def _unit_elsewhere(words: Sequence[str], i: int, behind: int) -> tuple[str, float]:
+    """The unit of a bare number at i that counts nothing, where one is told apart from its number."""
+    at = stray_unit(words)
+    beside = {*words[max(i - 1, 0) : i], *words[behind : behind + 1]}
+    return unit_at(words, at)[:2] if at is not None and beside.isdisjoint(COUNTED | TIMES) else ("", 1.0)
 
 
 WAYS = frozenset(
@@ -307,6 +337,8 @@ WAYS = frozenset(
 COUNTED = frozenset(
     "point points waypoint waypoints wp wps number step steps segment sample samples last first".split()
 )
+TIMES = frozenset("turn turns time times loop loops circle circles lap laps round rounds wave waves x %".split())
+"""Words beside a number that counts something."""
 
 
 def _unit_before(words: Sequence[str], i: int, behind: int) -> tuple[str, float]:
@@ -335,7 +367,7 @@ def _fraction_behind(words: Sequence[str], i: int, used: int) -> tuple[float, in
 
 def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
     """The unit that begins at word i: dimension, factor and words taken; ("", 1.0, 0) for none."""
-    for length in range(min(3, len(words) - i), 0, -1):
+    for length in range(min(LONGEST_UNIT, len(words) - i), 0, -1):
         for last in stems(words[i + length - 1]):
             for first in stems(words[i]) if length > 1 else (last,):
                 key = (last,) if length == 1 else (first, *words[i + 1 : i + length - 1], last)
@@ -353,6 +385,8 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
         return 2.0, 3
     if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
         return NUMBER_WORDS[behind[0]], 2
+    if word == "half" and "dozen" in behind and behind[0] in ("a", "dozen"):
+        return 6.0, 2 + behind.index("dozen")
     if word == "point" and behind and behind[0] in NUMBER_WORDS:
         decimals, used = _decimals(words, i + 1)
         return decimals, used + 1
@@ -370,7 +404,7 @@ def _in_digits(word: str, behind: Sequence[str]) -> tuple[float, int]:
 
 def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:
     """Number words put together: "two hundred and thirty five", "two point five"."""
-    value, used = NUMBER_WORDS[words[i]], 1
+    value, used = _digit_by_digit(words, i) or (NUMBER_WORDS[words[i]], 1)
     while i + used < len(words):
         word, behind = words[i + used], "".join(words[i + used + 1 : i + used + 2])
         step, further = NUMBER_WORDS.get(word), NUMBER_WORDS.get(behind)
@@ -388,6 +422,12 @@ def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:
     return value, used
 
 
+def _digit_by_digit(words: Sequence[str], i: int) -> tuple[float, int] | None:
+    """A number that is spelled: "one zero", as pilots do; None for fewer than two digits."""
+    said = [f"{NUMBER_WORDS[w]:g}" for w in takewhile(lambda w: NUMBER_WORDS.get(w, 10.0) < 10.0, words[i:])]
+    return (float("".join(said)), len(said)) if len(said) > 1 else None
+
+
 def _decimals(words: Sequence[str], i: int) -> tuple[float, int]:
     digits, used = "", 0
     while i + used < len(words) and words[i + used] in NUMBER_WORDS and NUMBER_WORDS[words[i + used]] < 100:
@@ -397,8 +437,8 @@ def _decimals(words: Sequence[str], i: int) -> tuple[float, int]:
 
 
 def and_a_half(words: Sequence[str], i: int) -> int:
-    """The words of "and a half" at word i: 3, or 0 where it is not said."""
-    return 3 if list(words[i : i + 3]) == ["and", "a", "half"] else 0
+    """The words of "and a half" or "and half" at word i: 3 or 2, or 0 where it is not said."""
+    return next((n for n, said in ((3, "and a half"), (2, "and half")) if " ".join(words[i : i + n]) == said), 0)
 
 
 def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
@@ -409,7 +449,8 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
         begin = next((k for k in range(at + 1, len(words)) if words[k] not in ("of", "a", "an", "one")), len(words))
         unit, factor, used = unit_at(words, begin)
         timed = unit == "s" and begin > at + 1
-        return Amount(share * factor, unit, begin + used - i) if used and (timed or unit in ("m", "m/s")) else None
+        measured = timed or unit in ("m", "m/s", "m/s2")
+        return Amount(share * factor, unit, begin + used - i) if used and measured else None
     if at >= len(words) or words[i] not in ("a", "an"):
         return None
     unit, factor, used = unit_at(words, i + 1)
@@ -445,6 +486,11 @@ def end_share(kind: str) -> str:
     return f'"at the {"start" if kind == "first" else "end"}" is the {kind} {END_SHARE:.0%} of the waypoints'
 
 
+def extent_of(positions: Array | None) -> float | None:
+    """Diagonal of the bounding box of a path (N, 3) [m]; None without a path."""
+    return float(np.linalg.norm(np.ptp(positions, axis=0))) if positions is not None and len(positions) else None
+
+
 @dataclass(frozen=True)
 class Scale:
     """Sizes that words of degree stand for.
@@ -458,8 +504,8 @@ class Scale:
     @classmethod
     def of(cls, trajectory: Trajectory) -> Scale:
         """The scale of a trajectory; a path without extent counts as 1 m."""
-        extent = float(np.linalg.norm(np.ptp(trajectory.positions, axis=0)))
-        return cls(extent if extent > 1e-9 else 1.0)
+        extent = extent_of(trajectory.positions)
+        return cls(extent if extent and extent > 1e-9 else 1.0)
 
     def step(self, degree: Degree) -> float:
         """Displacement for a degree [m], to two digits."""

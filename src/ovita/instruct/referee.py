@@ -20,8 +20,9 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import NEVER, UNKNOWN, contradictions
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
+from ovita.instruct.lexicon import extent_of
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import spread
+from ovita.instruct.together import spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -128,8 +129,8 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
+    rules = in_units(by_rules(text, scene, before, positions), said, positions)
     if quick and _plain(said) and len(rules.frames) == 1 and _whole(said, rules):
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
@@ -137,8 +138,14 @@ def understand(
     if reader is None or any(name_of(frame) not in TRAINED for frame in rules.frames):
         return judged(said, rules, None)
     heard = reader.hear(text, scene, positions, before or None)
-    learned = reader.reading(heard)
+    learned = in_units(reader.reading(heard), said, positions)
     return judged(said, rules, learned, {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))})
+
+
+def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
+    """A reading whose bare lengths have the unit that the utterance or the size of the path suggests."""
+    frames = with_units(reading.frames, said, extent_of(positions))
+    return reading if frames == reading.frames else replace(reading, frames=frames)
 
 
 def feedback(

@@ -13,12 +13,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
-import numpy as np
-
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Build, Chunk, chunks, spoken
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
 from ovita.instruct.frames import Quantity
+from ovita.instruct.lexicon import extent_of
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
 from ovita.instruct.table import ROWS, Match, match
 from ovita.instruct.together import (
@@ -26,7 +25,9 @@ from ovita.instruct.together import (
     added,
     afterwards,
     aimed,
+    bare_unit,
     improper,
+    length_unit,
     of_the_end,
     placed,
     settled,
@@ -68,14 +69,14 @@ def _pattern(classes: str, build: Build) -> Pattern:
 _PATTERNS = tuple(_pattern(classes, build) for classes, build in PATTERNS)
 
 
-def constituents(found: Sequence[Chunk], reach: float = 1.0) -> list[Chunk]:
+def constituents(found: Sequence[Chunk], extent: float | None = None) -> list[Chunk]:
     """Chunks put together by the patterns, without the words that ask for nothing.
 
     Args:
         found: The chunks of an utterance.
-        reach: The longest length [m] that a number without a unit may be.
+        extent: Diagonal of the path's bounding box [m], or None.
     """
-    row = with_units([c for c in found if c.kind not in ("filler", "approx")], reach)
+    row = typed([c for c in found if c.kind not in ("filler", "approx")], extent)
     row = [replace(c, kind=_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
     for pattern in _PATTERNS:
         row = _rewritten(row, pattern)
@@ -136,20 +137,22 @@ COUNTED_UNITS = tuple(
 """What a number without a unit counts, by what stands before and behind it: "left by 0.2", "0.3 away from it"."""
 
 
-def with_units(row: list[Chunk], reach: float) -> list[Chunk]:
-    """Give bare numbers the unit that what stands beside them calls for: that of the other lengths, or metres."""
-    known = next((c for c in row if c.kind == "Qm" and c.text[0].isdigit() and c.number.value), None)
-    factor = known.number.value / float(known.text.split()[0].replace(",", ".")) if known is not None else 1.0
+def typed(row: list[Chunk], extent: float | None) -> list[Chunk]:
+    """Give bare numbers the kind that what stands beside them calls for, and its unit where that is a length.
+
+    Args:
+        row: A clause in chunks.
+        extent: Diagonal of the path's bounding box [m], or None.
+    """
+    known = next((factor for chunk in row if (factor := length_unit(chunk))), None)
     made = list(row)
     for i, item in enumerate(row):
         if item.kind != "Qn" or item.q is None or not (item.q.said or known):
             continue
         kind = _counted_unit(made[:i], row[i + 1 :])
-        if kind in ("Qm", "Qv") and item.q.value * factor > reach:
-            continue
-        said = "" if known else item.q.said + "m"
+        factor = bare_unit(item.q.value, known, extent)
         q = {
-            "Qm": Quantity(item.q.value * factor, "m", "by", said),
+            "Qm": Quantity(item.q.value * factor, "m", "by", item.q.said + "m" if factor == 1.0 else ""),
             "Qv": replace(item.q, unit="m/s", said=item.q.said + "m/s"),
             "Qx": replace(item.q, unit="x", said=item.q.said + "x"),
         }
@@ -203,7 +206,7 @@ def read(text: str, scene: Scene, positions: Array | None = None, earlier: Seque
         earlier: Frames of the turns before, for "there" and for what the utterance leaves open.
     """
     found, notes = chunks(text, scene, positions)
-    row = _corrected(constituents(_arriving(_with_pauses(found)), _reach(positions)))
+    row = _corrected(constituents(_arriving(_with_pauses(found)), extent_of(positions)))
     pieces = _pieces(row, found)
     said = _cut(pieces)
     if not any(s.match for s in said):
@@ -225,11 +228,6 @@ def _arriving(found: list[Chunk]) -> list[Chunk]:
     if going and behind[0].kind in ("never", "avoid", "farther", "clear", "keep"):
         return [replace(row[0], kind="endup"), row[1], Chunk("and", "", row[1].span), *behind]
     return found
-
-
-def _reach(positions: Array | None) -> float:
-    """The longest length [m] that a number without a unit may be: twice the extent of the path."""
-    return 2.0 * float(np.ptp(positions, axis=0).max()) if positions is not None and len(positions) else 1.0
 
 
 SETTLED = QUANTITIES | frozenset("OBJ left right front back up down start goal ends path".split())

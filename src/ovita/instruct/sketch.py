@@ -264,8 +264,8 @@ def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Refe
         return None, 1
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
-    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and and_a_half(words, i + used):
-        value, used = value * 1.5, used + 3
+    half = and_a_half(words, i + used) if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") else 0
+    value, used = value * (1.5 if half else 1.0), used + half
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
     return _without_unit(raw, words, i, used, Referent(None, value=value, number=number))
@@ -326,7 +326,7 @@ def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     else:
         return None, 1
     measured = amount_at(words, i)
-    return (None, 1) if measured and measured.unit in ("m", "m/s", "s") else (_weak(value, "%"), used)
+    return (None, 1) if measured and measured.unit in ("m", "m/s", "m/s2", "s", "") else (_weak(value, "%"), used)
 
 
 def _weak(value: float, unit: str) -> Referent:

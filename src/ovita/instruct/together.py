@@ -14,7 +14,7 @@ from typing import TypeAlias
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.fillers import CLEAR, REST, THERE
-from ovita.instruct.lexicon import DETERMINERS, concepts, stems
+from ovita.instruct.lexicon import DETERMINERS, concepts, is_digits, stems, unit_at
 from ovita.paths.part import WHOLE, PathPart, outside
 
 
@@ -170,6 +170,78 @@ def _pair(frame: F.SemanticFrame, low: float, high: float) -> tuple[F.SemanticFr
     if isinstance(frame, F.Clearance):
         return replace(frame, distance=least, along=False), replace(frame, distance=most, along=True)
     return replace(frame, level=least), replace(frame, level=most)  # type: ignore[call-arg]
+
+
+MEASURED = (F.Shift, F.MoveEnd, F.Approach, F.Clearance, F.Height, F.Extend, F.Hover, F.Hop, F.Bound, F.Visit, F.Figure)
+"""Frames whose bare numbers are lengths, but for those of `UNMEASURED` slots."""
+
+UNMEASURED = ("turns", "waves", "duration")
+
+FAR = 5.0
+"""Metres that are hardly meant where no unit is said and no path is known."""
+
+CENTI = 0.01
+
+
+def bare_lengths(frame: F.SemanticFrame) -> dict[str, F.Quantity]:
+    """The lengths of a frame that have no unit, by slot."""
+    stated = {slot: q for slot, q in frame.quantities.items() if q.role != "of"}
+    bare = {slot: q for slot, q in stated.items() if q.unit == "" or (q.unit == "m" and is_digits(q.said))}
+    return {k: q for k, q in bare.items() if k not in UNMEASURED} if isinstance(frame, MEASURED) else {}
+
+
+def with_units(
+    frames: Sequence[F.SemanticFrame], said: Sequence[Chunk], extent: float | None = None
+) -> tuple[F.SemanticFrame, ...]:
+    """Frames whose bare lengths have the unit of another length that is said ("radius 20 ft, rise 60").
+
+    Where no unit is said, a number too large for metres is centimetres; others stay bare, which is metres.
+
+    Args:
+        frames: As read, by whatever reader.
+        said: The utterance in chunks.
+        extent: Diagonal of the path's bounding box [m], or None.
+    """
+    if not any(map(bare_lengths, frames)):
+        return tuple(frames)
+    units = [(k, factor) for k, chunk in enumerate(said) if (factor := length_unit(chunk))]
+
+    def measured(q: F.Quantity) -> F.Quantity:
+        at = next(
+            (k for k, chunk in enumerate(said) if chunk.q is not None and chunk.q.value == abs(q.value)), len(said)
+        )
+        near = [factor for k, factor in units if k < at][-1:] or [factor for _, factor in units][:1]
+        factor = bare_unit(q.value, near[0] if near else None, extent)
+        return q if factor == 1.0 else replace(q, value=q.value * factor, unit="m", said="")
+
+    return tuple(_refilled(frame, {slot: measured(q) for slot, q in bare_lengths(frame).items()}) for frame in frames)
+
+
+def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.SemanticFrame:
+    """A frame with other quantities in some of its slots."""
+    offset = tuple((way, filled.get(way, q)) for way, q in getattr(frame, "offset", ()))
+    own = {slot: q for slot, q in filled.items() if hasattr(frame, slot)}
+    return replace(frame, **own, **({"offset": offset} if offset else {}))  # type: ignore[arg-type]
+
+
+def bare_unit(value: float, known: float | None, extent: float | None) -> float:
+    """What one of the unit that a bare length is meant in is [m]: that of another length, centimetres, or metres.
+
+    Args:
+        value: As said.
+        known: The unit of another length that is said [m], or None.
+        extent: Diagonal of the path's bounding box [m], or None.
+    """
+    if known is not None and abs(value) >= 1.0:
+        return known
+    return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
+
+
+def length_unit(chunk: Chunk) -> float | None:
+    """What one of the unit that a length is said in is [m], or None where it is no length with a unit."""
+    words = chunk.text.lower().split()
+    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == "Qm" else ()
+    return next((factor for unit, factor, used in found if unit == "m" and used), None)
 
 
 def improper(frames: Sequence[F.SemanticFrame]) -> str:
