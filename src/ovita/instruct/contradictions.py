@@ -14,7 +14,7 @@ from itertools import pairwise
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
-from ovita.instruct.rules import turned
+from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import CENTI, FAR, bare_lengths, length_unit
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
@@ -81,8 +81,25 @@ def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
         return ""
     plain = frozenset(chunk.kind for chunk in said)  # "too fast" counts as fast
     if kinds & {"never", "clear"} and not any(_limits(frame, plain) for frame in frames):
-        return f"{_said(said, {'never'} & kinds or {'keep'})} turns round what it belongs to."
+        denied = [clause for clause in _clauses(said) if {c.kind for c in clause} & {"never", "clear"}]
+        if not frames or not denied or not all(_elsewhere(frame, denied) for frame in frames):
+            return f"{_said(said, {'never'} & kinds or {'keep'})} turns round what it belongs to."
     return ""
+
+
+def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
+    """The chunks between pauses."""
+    found: list[list[Chunk]] = [[]]
+    for chunk in said:
+        found += [[]] if chunk.kind in PAUSES else []
+        found[-1].append(chunk)
+    return [clause for clause in found if clause]
+
+
+def _elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
+    """Whether a frame was read from words outside of some clauses: "pass behind it, never in front"."""
+    spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
+    return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
 
 
 def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:

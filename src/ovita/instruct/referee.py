@@ -129,8 +129,9 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
+    rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    rules = in_units(by_rules(text, scene, before, positions), said, positions)
+    rules = in_units(rules, said, positions)
     if quick and _plain(said) and len(rules.frames) == 1 and _whole(said, rules):
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
@@ -144,8 +145,13 @@ def understand(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading whose bare lengths have the unit that the utterance or the size of the path suggests."""
-    frames = with_units(reading.frames, said, extent_of(positions))
-    return reading if frames == reading.frames else replace(reading, frames=frames)
+    also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
+    made = iter(with_units((*reading.frames, *also), said, extent_of(positions)))
+    frames = tuple(next(made) for _ in reading.frames)
+    edits = tuple(replace(edit, frame=next(made)) if isinstance(edit, Also) else edit for edit in reading.edits)
+    return (
+        reading if (frames, edits) == (reading.frames, reading.edits) else replace(reading, frames=frames, edits=edits)
+    )
 
 
 def feedback(
@@ -161,12 +167,12 @@ def feedback(
         rules: The edits that the rules read, or None where they take it for no feedback.
     """
     reader = learned_reader() if before else None
-    if reader is None or (rules is not None and rules.question):
+    said, _ = chunks(text, scene, positions)
+    rules = None if rules is None else in_units(rules, said, positions)
+    if reader is None or (rules is not None and (rules.question or not rules.unread)):
         return rules
-    if rules is not None and not rules.unread:
-        return rules
-    learned = reader.reading(reader.hear(text, scene, positions, before))
-    guessed = all(chunk.kind in UNKNOWN for chunk in chunks(text, scene, positions)[0])
+    learned = in_units(reader.reading(reader.hear(text, scene, positions, before)), said, positions)
+    guessed = all(chunk.kind in UNKNOWN for chunk in said)
     if guessed or learned.question or all(isinstance(edit, Also) for edit in learned.edits):
         return rules
     return learned if learned.confidence >= HEARD else rules
