@@ -282,6 +282,32 @@ def numbers(found: Sequence[Chunk]) -> list[Quantity]:
     return [c.q for c in found if c.q is not None]
 
 
+FAR = 5.0
+"""Metres that are hardly meant where no unit is said and no path is known."""
+
+CENTI = 0.01
+
+
+def bare_unit(value: float, known: float | None, extent: float | None) -> float:
+    """What one of the unit that a bare length is meant in is [m]: that of another length, centimetres, or metres.
+
+    Args:
+        value: As said.
+        known: The unit of another length that is said [m], or None.
+        extent: Diagonal of the path's bounding box [m], or None.
+    """
+    if known is not None and abs(value) >= 1.0:
+        return known
+    return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
+
+
+def length_unit(chunk: Chunk) -> float | None:
+    """What one of the unit that a length is said in is [m], or None where it is no length with a unit."""
+    words = chunk.text.lower().split()
+    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == "Qm" else ()
+    return next((factor for unit, factor, used in found if unit == "m" and used), None)
+
+
 Build: TypeAlias = "Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]"
 """What becomes of chunks that a pattern matches; None leaves them as they are."""
 

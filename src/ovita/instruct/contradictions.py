@@ -12,10 +12,10 @@ from functools import lru_cache
 from itertools import pairwise
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk
+from ovita.instruct.chunks import CENTI, FAR, Chunk, length_unit
 from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
-from ovita.instruct.together import CENTI, FAR, bare_lengths, length_unit
+from ovita.instruct.together import bare_lengths
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 

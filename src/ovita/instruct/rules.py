@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Build, Chunk, chunks, spoken
+from ovita.instruct.chunks import DOING, Build, Chunk, bare_unit, chunks, length_unit, spoken
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
 from ovita.instruct.frames import Quantity
 from ovita.instruct.lexicon import extent_of
@@ -25,9 +25,7 @@ from ovita.instruct.together import (
     added,
     afterwards,
     aimed,
-    bare_unit,
     improper,
-    length_unit,
     of_the_end,
     placed,
     settled,

@@ -12,9 +12,9 @@ from functools import cache
 from typing import TypeAlias
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk
+from ovita.instruct.chunks import Chunk, bare_unit, length_unit
 from ovita.instruct.fillers import CLEAR, REST, THERE
-from ovita.instruct.lexicon import DETERMINERS, concepts, is_digits, stems, unit_at
+from ovita.instruct.lexicon import DETERMINERS, concepts, is_digits, stems
 from ovita.paths.part import WHOLE, PathPart, outside
 
 
@@ -177,11 +177,6 @@ MEASURED = (F.Shift, F.MoveEnd, F.Approach, F.Clearance, F.Height, F.Extend, F.H
 
 UNMEASURED = ("turns", "waves", "duration")
 
-FAR = 5.0
-"""Metres that are hardly meant where no unit is said and no path is known."""
-
-CENTI = 0.01
-
 
 def bare_lengths(frame: F.SemanticFrame) -> dict[str, F.Quantity]:
     """The lengths of a frame that have no unit, by slot."""
@@ -222,26 +217,6 @@ def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.Sem
     offset = tuple((way, filled.get(way, q)) for way, q in getattr(frame, "offset", ()))
     own = {slot: q for slot, q in filled.items() if hasattr(frame, slot)}
     return replace(frame, **own, **({"offset": offset} if offset else {}))  # type: ignore[arg-type]
-
-
-def bare_unit(value: float, known: float | None, extent: float | None) -> float:
-    """What one of the unit that a bare length is meant in is [m]: that of another length, centimetres, or metres.
-
-    Args:
-        value: As said.
-        known: The unit of another length that is said [m], or None.
-        extent: Diagonal of the path's bounding box [m], or None.
-    """
-    if known is not None and abs(value) >= 1.0:
-        return known
-    return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
-
-
-def length_unit(chunk: Chunk) -> float | None:
-    """What one of the unit that a length is said in is [m], or None where it is no length with a unit."""
-    words = chunk.text.lower().split()
-    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == "Qm" else ()
-    return next((factor for unit, factor, used in found if unit == "m" and used), None)
 
 
 def improper(frames: Sequence[F.SemanticFrame]) -> str:
