@@ -25,7 +25,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
 from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import LearnedReader
-from ovita.instruct.referee import POINTS, grounds
+from ovita.instruct.referee import POINTS, grounds, in_units
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -40,8 +40,11 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
     """The grounds of each reader's reading of a line, and whether the reading is right; one that both share once."""
     path, scene = setting(line.frames, line.objects)
     said, _ = chunks(line.sentence, scene, path.positions)
-    one, heard = read(line.sentence, scene, path.positions), learned.hear(line.sentence, scene, path.positions)
-    other = learned.reading(heard)
+    heard = learned.hear(line.sentence, scene, path.positions)
+    one, other = (
+        in_units(reading, said, path.positions)
+        for reading in (read(line.sentence, scene, path.positions), learned.reading(heard))
+    )
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     found = []
     for by, reading in (("rules", one), ("learned", other)):

@@ -301,11 +301,11 @@ def bare_unit(value: float, known: float | None, extent: float | None) -> float:
     return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
 
 
-def length_unit(chunk: Chunk) -> float | None:
-    """What one of the unit that a length is said in is [m], or None where it is no length with a unit."""
+def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
+    """What one of the unit that a length (or a speed, "Qv") is said in is in SI; None where it is none with a unit."""
     words = chunk.text.lower().split()
-    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == "Qm" else ()
-    return next((factor for unit, factor, used in found if unit == "m" and used), None)
+    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == kind else ()
+    return next((factor for unit, factor, used in found if UNIT_KIND.get(unit) == kind and used), None)
 
 
 Build: TypeAlias = "Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]"

@@ -12,10 +12,10 @@ from functools import lru_cache
 from itertools import pairwise
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import CENTI, FAR, Chunk, length_unit
+from ovita.instruct.chunks import CENTI, FAR, Chunk, unit_of
 from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
-from ovita.instruct.together import bare_lengths
+from ovita.instruct.together import MEASURED
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 
@@ -141,7 +141,7 @@ def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
     ranged = [c for one, to, other in zip(said, said[1:], said[2:], strict=False) if to.kind in ("to", "and")
               for c in (one, other) if any(_near(v, mean) for v in held for mean in _means(one, other))]  # fmt: skip
     for k, chunk in enumerate(said):
-        units = (1.0, CENTI, *filter(None, map(length_unit, said))) if chunk.kind == "Qn" else (1.0,)
+        units = (1.0, CENTI, *filter(None, map(unit_of, said))) if chunk.kind == "Qn" else (1.0,)
         amounts = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None else ()
         means = [value * unit for value in amounts for unit in units]
         if means and not any(_near(v, value) for v in held for value in means) and chunk not in ranged:
@@ -308,8 +308,8 @@ def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
 
 def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
-    measured = [q for frame in frames for q in frame.quantities.values() if q.unit == "m"]
-    lengths = {abs(q.value) for q in (*measured, *(q for frame in frames for q in bare_lengths(frame).values()))}
+    measured = [frame for frame in frames if isinstance(frame, MEASURED)]
+    lengths = {abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit in ("", "m")}
     for number in (chunk.q.value for chunk in said if chunk.kind == "Qn" and chunk.q is not None):
         if number >= 1.0 and any(_near(number * CENTI, length) for length in lengths):
             return f"{number:g} has no unit; it is taken as {number:g} cm."

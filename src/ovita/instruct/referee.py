@@ -36,26 +36,26 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, "tuple[float, float] | None"]
 
 POINTS = {
-    "always": 0.93,
-    "both agree": 1.79,
-    "confidence": 0.66,
-    "confidence in both": 0.67,
-    "a word unread": -0.70,
-    "words unread": -0.97,
-    "unread by the network": 0.33,
-    "left by the rules": 0.09,
-    "the rules read otherwise": -1.24,
-    "contradicted": -0.32,
-    "the other contradicted": 0.28,
-    "beyond the network": -1.54,
-    "likelihood": 0.29,
-    "weakest": 0.18,
-    "in common": 1.41,
-    "but for the part": 0.94,
-    "fewer frames": 0.43,
-    "more frames": 0.64,
-    "the other asks": -0.68,
-    "the other reads nothing": -0.81,
+    "always": 0.85,
+    "both agree": 1.93,
+    "confidence": 0.84,
+    "confidence in both": 0.75,
+    "a word unread": -0.55,
+    "words unread": -0.83,
+    "unread by the network": 0.51,
+    "left by the rules": 0.01,
+    "the rules read otherwise": -1.00,
+    "contradicted": -0.50,
+    "the other contradicted": 0.32,
+    "beyond the network": -1.64,
+    "likelihood": 0.25,
+    "weakest": 0.19,
+    "in common": 1.49,
+    "but for the part": 0.75,
+    "fewer frames": 0.06,
+    "more frames": 0.58,
+    "the other asks": -0.60,
+    "the other reads nothing": -0.73,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
@@ -63,9 +63,11 @@ seen."""
 DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ, UNOPPOSED = 0.5, 0.3
-"""How likely it has to be where the rules read every word and nothing speaks against it, and where besides
-the network reads nothing, or nothing that counts against it."""
+WHOLE_READ = 0.6
+"""How likely it has to be where the rules read every word and nothing speaks against it."""
+
+CURT, DOUBTED = 5, 10
+"""Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
 
 SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
@@ -75,9 +77,6 @@ EMPTY = frozenset(
     set use take let let's give me us in and of to than now""".split()
 )
 """Words that point at nothing and ask for nothing; of others that the rules pass over, the network is asked too."""
-
-CURT, DOUBTED = 6, 10
-"""Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
 
 HEARD = 0.9
 """How sure the network has to be of feedback that the rules do not read, or not in full."""
@@ -232,8 +231,7 @@ def judged(
     left = [word for one in (rules, learned) if one is not None and (agreed or one is chosen) for word in one.unread]
     reading = replace(chosen, frames=spread(chosen.frames, said))
     differ = whole and by == "learned"
-    enough = DO if not whole or differ else WHOLE_READ if _reads(learned) and not over else UNOPPOSED
-    left += rules.aside if rules is not None and by == "learned" and len(said) <= CURT else ()
+    enough = DO if not whole or differ else WHOLE_READ
     sure = confidence >= enough and not (differ or _shown_first(said, reading, left))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
@@ -252,8 +250,9 @@ def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
 
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
-    """Whether a reading is never done at once: for what it holds, or what it leaves out of a short utterance."""
-    if contradictions(said, _frames(reading), NEVER) or (left and len(said) <= CURT):
+    """Whether a reading is never done at once: for what it holds, a "not" that it leaves out, or any word of few."""
+    denied = any(chunk.kind == "never" and chunk.text in left for chunk in said)
+    if denied or contradictions(said, _frames(reading), NEVER) or (left and len(said) <= CURT):
         return True
     return len(said) <= DOUBTED and bool(contradictions(said, _frames(reading)))
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Build, Chunk, bare_unit, chunks, length_unit, spoken
+from ovita.instruct.chunks import DOING, Build, Chunk, bare_unit, chunks, spoken, unit_of
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
 from ovita.instruct.frames import Quantity
 from ovita.instruct.lexicon import extent_of
@@ -142,7 +142,7 @@ def typed(row: list[Chunk], extent: float | None) -> list[Chunk]:
         row: A clause in chunks.
         extent: Diagonal of the path's bounding box [m], or None.
     """
-    known = next((factor for chunk in row if (factor := length_unit(chunk))), None)
+    known = next((factor for chunk in row if (factor := unit_of(chunk))), None)
     made = list(row)
     for i, item in enumerate(row):
         if item.kind != "Qn" or item.q is None or not (item.q.said or known):

@@ -6,15 +6,15 @@ What of an object is meant the words before it say, for the frames of both reade
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from typing import TypeAlias
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk, bare_unit, length_unit
+from ovita.instruct.chunks import Chunk, bare_unit, unit_of
 from ovita.instruct.fillers import CLEAR, REST, THERE
-from ovita.instruct.lexicon import DETERMINERS, concepts, is_digits, stems
+from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 from ovita.paths.part import WHOLE, PathPart, outside
 
 
@@ -178,38 +178,44 @@ MEASURED = (F.Shift, F.MoveEnd, F.Approach, F.Clearance, F.Height, F.Extend, F.H
 UNMEASURED = ("turns", "waves", "duration")
 
 
-def bare_lengths(frame: F.SemanticFrame) -> dict[str, F.Quantity]:
-    """The lengths of a frame that have no unit, by slot."""
-    stated = {slot: q for slot, q in frame.quantities.items() if q.role != "of"}
-    bare = {slot: q for slot, q in stated.items() if q.unit == "" or (q.unit == "m" and is_digits(q.said))}
-    return {k: q for k, q in bare.items() if k not in UNMEASURED} if isinstance(frame, MEASURED) else {}
+def _bare(frame: F.SemanticFrame, numbers: Container[float]) -> dict[str, F.Quantity]:
+    """The lengths or speeds of a frame, by slot, that are among the numbers that were said without a unit."""
+    paced = isinstance(frame, F.Pace) and frame.change in ("set", "cap", "floor")
+    dimension = "m/s" if paced else "m" if isinstance(frame, MEASURED) else None
+    stated = {slot: q for slot, q in frame.quantities.items() if q.role != "of" and slot not in UNMEASURED}
+    return {
+        slot: q for slot, q in stated.items() if dimension and q.unit in ("", dimension) and abs(q.value) in numbers
+    }
 
 
 def with_units(
     frames: Sequence[F.SemanticFrame], said: Sequence[Chunk], extent: float | None = None
 ) -> tuple[F.SemanticFrame, ...]:
-    """Frames whose bare lengths have the unit of another length that is said ("radius 20 ft, rise 60").
+    """Frames whose bare lengths and speeds have the unit of another one that is said ("radius 20 ft, rise 60").
 
-    Where no unit is said, a number too large for metres is centimetres; others stay bare, which is metres.
+    Where no unit is said, a length too large for metres is in centimetres; others stay bare, which is metres.
 
     Args:
         frames: As read, by whatever reader.
         said: The utterance in chunks.
         extent: Diagonal of the path's bounding box [m], or None.
     """
-    if not any(map(bare_lengths, frames)):
-        return tuple(frames)
-    units = [(k, factor) for k, chunk in enumerate(said) if (factor := length_unit(chunk))]
+    units = {kind: [(k, f) for k, chunk in enumerate(said) if (f := unit_of(chunk, kind))] for kind in ("Qm", "Qv")}
 
-    def measured(q: F.Quantity) -> F.Quantity:
-        at = next(
-            (k for k, chunk in enumerate(said) if chunk.q is not None and chunk.q.value == abs(q.value)), len(said)
-        )
-        near = [factor for k, factor in units if k < at][-1:] or [factor for _, factor in units][:1]
-        factor = bare_unit(q.value, near[0] if near else None, extent)
-        return q if factor == 1.0 else replace(q, value=q.value * factor, unit="m", said="")
+    def measured(q: F.Quantity, kind: str) -> F.Quantity:
+        at = next((k for k, chunk in enumerate(said) if chunk.q and chunk.q.value == abs(q.value)), len(said))
+        near = [f for k, f in units[kind] if k < at][-1:] or [f for _, f in units[kind]][:1]
+        known = near[0] if near else None
+        factor = bare_unit(q.value, known, extent) if kind == "Qm" else known if known and abs(q.value) >= 1.0 else 1.0
+        return q if factor == 1.0 else replace(q, value=q.value * factor, unit="m" if kind == "Qm" else "m/s", said="")
 
-    return tuple(_refilled(frame, {slot: measured(q) for slot, q in bare_lengths(frame).items()}) for frame in frames)
+    def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
+        kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
+        bare = _bare(frame, numbers)
+        return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
+
+    numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
+    return tuple(map(filled, frames))
 
 
 def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.SemanticFrame:
