@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import os
 import sys
-from pathlib import Path
+from itertools import count
 
 import pytest
-from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does it, before numpy is imported
 
-# Tests start Python some hundred times, and each time would compile the whole package anew.
+# Tests start Python some hundred times, and each time would compile the whole package anew; so would pytest with
+# Hypothesis, whose assertions it rewrites.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+from hypothesis import HealthCheck, settings  # noqa: E402
 
 settings.register_profile(
     "ovita", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow], max_examples=40
 )
 settings.load_profile("ovita")
 
+_numbers = count()
+
+
+def _on_its_way(descriptor: int) -> None:
+    os.fstat(descriptor)  # raises as fsync does where there is no such file
+
+
+os.fsync = _on_its_way  # no test pulls the plug: what was written outlives a process that is killed without it
+
 
 @pytest.fixture(autouse=True)
-def _no_models(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def _no_models(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
     monkeypatch.delenv("OVITA_MODEL", raising=False)
-    monkeypatch.setenv("OVITA_MODELS", str(tmp_path / "models"))
+    # Each test has its own, and only a name: thousands of folders cost more than most tests do.
+    monkeypatch.setenv("OVITA_MODELS", str(tmp_path_factory.getbasetemp() / f"models-of-test-{next(_numbers)}"))

@@ -11,6 +11,7 @@ from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
+from ovita.policy import sandbox
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import Reply, WriterInfo
@@ -91,7 +92,6 @@ def test_after_two_repairs_it_gives_up_with_the_last_error():
         "return traj * float('nan')",
         "return 'hello'",
         "return traj * 1e9",
-        "while True: pass",
         "open('/etc/passwd')",
         "import socket",
         "return (",
@@ -100,6 +100,12 @@ def test_after_two_repairs_it_gives_up_with_the_last_error():
 def test_what_a_policy_must_not_do_or_return_is_never_a_result(body):
     result = adapt(request(), writer=Scripted(policy(body)), repairs=0)
     assert result.status == "failed" and result.error and result.adapted == PATH
+
+
+def test_a_policy_without_end_is_never_a_result(monkeypatch):
+    monkeypatch.setitem(sandbox.run.__kwdefaults__, "limits", sandbox.SandboxLimits(wall_s=0.3))
+    result = adapt(request(), writer=Scripted(policy("while True: pass")), repairs=0)
+    assert result.status == "failed" and "longer than 0.3 s" in result.error and result.adapted == PATH
 
 
 def test_a_broken_promise_goes_back_and_the_last_policy_counts():

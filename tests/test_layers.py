@@ -3,6 +3,7 @@
 import ast
 import re
 import runpy
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -11,9 +12,23 @@ ROOT = Path(__file__).parents[1]
 SRC = ROOT / "src" / "ovita"
 
 
+@dataclass(frozen=True)
+class Outline:
+    """What is looked at in a module; the whole trees of all would keep the garbage collector busy for seconds."""
+
+    imports: tuple[ast.Import | ast.ImportFrom, ...]
+    classes: tuple[str, ...]
+
+
 @cache
-def modules() -> dict[str, ast.Module]:
-    return {p.relative_to(SRC).as_posix(): ast.parse(p.read_text(encoding="utf-8")) for p in sorted(SRC.rglob("*.py"))}
+def modules() -> dict[str, Outline]:
+    found = {}
+    for path in sorted(SRC.rglob("*.py")):
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        imports = tuple(node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom))
+        classes = tuple(node.name for node in nodes if isinstance(node, ast.ClassDef))
+        found[path.relative_to(SRC).as_posix()] = Outline(imports, classes)
+    return found
 
 
 LAYERS = (
@@ -40,9 +55,9 @@ LAYERS = (
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
 
-def imported(tree: ast.Module) -> set[str]:
+def imported(module: Outline) -> set[str]:
     names: set[str] = set()
-    for node in ast.walk(tree):
+    for node in module.imports:
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("ovita."):
             names.add(node.module.split(".")[1])
         elif isinstance(node, ast.ImportFrom) and node.module == "ovita":
@@ -54,12 +69,12 @@ def imported(tree: ast.Module) -> set[str]:
 
 def test_imports_go_down():
     wrong = []
-    for path, tree in modules().items():
+    for path, module in modules().items():
         home = path.split("/")[0].removesuffix(".py")
         if home == "__init__":
             continue
         assert home in LEVEL, f"{home} has no layer; add it to LAYERS and to docs/architecture.md"
-        wrong += [f"{path} imports {name}" for name in imported(tree) - {home} if LEVEL[name] >= LEVEL[home]]
+        wrong += [f"{path} imports {name}" for name in imported(module) - {home} if LEVEL[name] >= LEVEL[home]]
     assert not wrong, "a module imports only from layers below its own:\n" + "\n".join(wrong)
 
 
@@ -114,20 +129,18 @@ MAY_MATCH_TEXT = {
 
 
 def test_no_part_reads_a_sentence_of_another():
-    def matches(node: ast.AST) -> bool:
-        names = [a.name for a in node.names] if isinstance(node, ast.Import) else [getattr(node, "module", None)]
-        return isinstance(node, (ast.Import, ast.ImportFrom)) and "re" in names
+    def matches(node: ast.Import | ast.ImportFrom) -> bool:
+        return "re" in ([a.name for a in node.names] if isinstance(node, ast.Import) else [node.module])
 
-    found = {path for path, tree in modules().items() if any(map(matches, ast.walk(tree)))}
+    found = {path for path, module in modules().items() if any(map(matches, module.imports))}
     assert found == MAY_MATCH_TEXT, f"parts talk in data; which text is matched here? {found ^ MAY_MATCH_TEXT}"
 
 
 def test_no_class_name_twice():
     homes: dict[str, list[str]] = {}
-    for path, tree in modules().items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ClassDef):
-                homes.setdefault(node.name, []).append(path)
+    for path, module in modules().items():
+        for name in module.classes:
+            homes.setdefault(name, []).append(path)
     twice = {name: where for name, where in homes.items() if len(where) > 1}
     assert not twice, f"one concept, one name: {twice}"
 

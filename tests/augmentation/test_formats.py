@@ -45,6 +45,11 @@ def made():
 
 
 @pytest.fixture(scope="module")
+def made_again():
+    return list(samples(40))
+
+
+@pytest.fixture(scope="module")
 def lerobot(made, tmp_path_factory):
     folder = tmp_path_factory.mktemp("data")
     write(LeRobotEpisodes(), folder, made)
@@ -66,9 +71,9 @@ def test_samples_come_back_as_they_were(name, made, tmp_path):
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_the_same_bytes_each_time(name, made, tmp_path):
+def test_the_same_bytes_each_time(name, made, made_again, tmp_path):
     once, again = tmp_path / "once", tmp_path / "again"
-    assert write(FORMATS[name], once, made) == write(FORMATS[name], again, list(samples(40)))
+    assert write(FORMATS[name], once, made) == write(FORMATS[name], again, made_again)
     assert write(FORMATS[name], again, made) == write(FORMATS[name], once, made), "it can be written over"
 
 

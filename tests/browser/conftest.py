@@ -27,9 +27,9 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    here = Path(__file__).parent
+    here = str(Path(__file__).parent) + os.sep
     for item in items:
-        if here in item.path.parents:
+        if str(item.path).startswith(here):
             item.add_marker(pytest.mark.browser)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from typing import Any
 
@@ -164,6 +164,10 @@ class Output:
     candidates: Mapping[str, tuple[int, ...]]
 
 
+REMEMBERED = 64
+"""Sentences of which it is remembered what the network says of them."""
+
+
 class Network(Layers):
     """The network with its weights.
 
@@ -180,12 +184,18 @@ class Network(Layers):
         super().__init__(weights)
         self.layers = sum(name.endswith("q.weight") and name.startswith("encoder.") for name in self.w)
         self.steps = len({name.split(".")[1] for name in self.w if name.startswith("decoder.")})
+        # What writes, judges and shows a result has the same few sentences read again and again.
+        self._hidden_of = lru_cache(REMEMBERED)(self._hidden)
+        self._read_of = lru_cache(REMEMBERED)(self._read)
 
     def _feed(self, name: str, x: Floats) -> Floats:
         return self.linear(f"{name}.down", gelu(self.linear(f"{name}.up", x)))
 
     def hidden(self, encoded: Encoded) -> Floats:
-        """The encoder's output (T, width)."""
+        """The encoder's output (T, width), which is not to be written to."""
+        return self._hidden_of(encoded)
+
+    def _hidden(self, encoded: Encoded) -> Floats:
         ids, kinds = np.array(encoded.ids), np.array(encoded.kinds)
         x = self.w["embed.word"][ids] + self.w["embed.position"][: len(ids)] + self.w["embed.kind"][kinds]
         x = begun = self.norm("embed.norm", x)
@@ -193,10 +203,15 @@ class Network(Layers):
             x = self.norm(f"encoder.{i}.norm1", x + self.attend(f"encoder.{i}", x, x, ENCODER_HEADS))
             x = self.norm(f"encoder.{i}.norm2", x + self._feed(f"encoder.{i}", x))
         told = self.w["concept"][[self.concepts.get(concept, 0) for concept in encoded.concepts]]
-        return x + told + self.linear("skip", begun)
+        found = x + told + self.linear("skip", begun)
+        found.flags.writeable = False
+        return found
 
     def read(self, encoded: Encoded) -> Output:
-        """What the network says of a sentence."""
+        """What the network says of a sentence; its arrays are not to be written to."""
+        return self._read_of(encoded)
+
+    def _read(self, encoded: Encoded) -> Output:
         words = self.hidden(encoded)
         x = self.w["queries"]
         for i in range(self.steps):
@@ -214,6 +229,8 @@ class Network(Layers):
             options = np.concatenate([self.w["nothing"][p : p + 1], keys[[at for at, _ in found]]])
             pointers[pointer] = softmax(asked[:, p] @ options.T / np.float32(math.sqrt(KEY)))
             candidates[pointer] = tuple(mention for _, mention in found)
+        for said_of in (*heads.values(), *pointers.values()):
+            said_of.flags.writeable = False
         return Output(heads, pointers, candidates)
 
 

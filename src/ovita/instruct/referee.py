@@ -180,13 +180,11 @@ def feedback(
 def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading:
     """What the rules make of an utterance: feedback on the frames before where it is that, else an instruction."""
     from ovita.instruct.feedback import read_feedback
-    from ovita.instruct.rules import read
+    from ovita.instruct.rules import reader
 
-    def instruction(said: str, earlier: Sequence[F.SemanticFrame]) -> F.Reading:
-        return read(said, scene, positions, earlier)
-
+    instruction = reader(scene, positions)
     found = read_feedback(text, scene, before, positions, instruction) if before else None
-    return found if found is not None else read(text, scene, positions)
+    return found if found is not None else instruction(text, ())
 
 
 @cache

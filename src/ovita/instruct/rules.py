@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
@@ -76,9 +77,16 @@ def constituents(found: Sequence[Chunk], extent: float | None = None) -> list[Ch
     """
     row = typed([c for c in found if c.kind not in ("filler", "approx")], extent)
     row = [replace(c, kind=_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
+    text = _classes(row)
     for pattern in _PATTERNS:
-        row = _rewritten(row, pattern)
+        made = _rewritten(row, text, pattern)
+        if made is not row:
+            row, text = made, _classes(made)
     return row
+
+
+def _classes(row: Sequence[Chunk]) -> str:
+    return "".join([c.kind + " " for c in row])
 
 
 def turned(found: Sequence[Chunk]) -> list[Chunk]:
@@ -98,14 +106,13 @@ def _counted_unit(before: Sequence[Chunk], behind: Sequence[Chunk]) -> str:
     return next((kind for kind, b, a in COUNTED_UNITS if b.match(early) and a.match(late.lstrip())), "Qn")
 
 
-def _rewritten(row: list[Chunk], pattern: Pattern) -> list[Chunk]:
-    text = "".join(c.kind + " " for c in row)
-    matches = list(pattern.regex.finditer(text))
-    if not matches:
+def _rewritten(row: list[Chunk], text: str, pattern: Pattern) -> list[Chunk]:
+    """Chunks with what a pattern finds in the text of their classes put together; the same list where it is nothing."""
+    if pattern.regex.search(text) is None:
         return row
     made: list[Chunk] = []
     at = 0
-    for hit in matches:
+    for hit in pattern.regex.finditer(text):
         begin = text.count(" ", 0, hit.start())
         end = text.count(" ", 0, hit.end())
         chunk = pattern.build(row[begin:end]) if end > begin >= at else None
@@ -203,17 +210,36 @@ def read(text: str, scene: Scene, positions: Array | None = None, earlier: Seque
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
         earlier: Frames of the turns before, for "there" and for what the utterance leaves open.
     """
-    found, notes = chunks(text, scene, positions)
-    row = _corrected(constituents(_arriving(_with_pauses(found)), extent_of(positions)))
-    pieces = _pieces(row, found)
-    said = _cut(pieces)
-    if not any(s.match for s in said):
-        said = _cut([replace(p, opening="") for p in pieces])
-    if any(s.match and not s.telling for s in said):
-        said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
-    reading = _reading(said, notes, earlier)
-    named = [(c.names, c.span) for c in found if c.kind == "OBJ"]
-    return replace(reading, frames=aimed(reading.frames, spoken(text), named))
+    return reader(scene, positions)(text, earlier)
+
+
+def reader(scene: Scene, positions: Array | None) -> Callable[[str, Sequence[F.SemanticFrame]], F.Reading]:
+    """What reads utterances, alone and after earlier frames; what these do not change is worked out once for both.
+
+    Args:
+        scene: As for `read`.
+        positions: As for `read`.
+    """
+
+    @cache
+    def clauses(text: str) -> tuple[Sequence[Chunk], tuple[str, ...], Sequence[Said]]:
+        found, notes = chunks(text, scene, positions)
+        row = _corrected(constituents(_arriving(_with_pauses(found)), extent_of(positions)))
+        pieces = _pieces(row, found)
+        said = _cut(pieces)
+        if not any(s.match for s in said):
+            said = _cut([replace(p, opening="") for p in pieces])
+        if any(s.match and not s.telling for s in said):
+            said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
+        return found, notes, said
+
+    def read_after(text: str, earlier: Sequence[F.SemanticFrame]) -> F.Reading:
+        found, notes, said = clauses(text)
+        reading = _reading(said, notes, earlier)
+        named = [(c.names, c.span) for c in found if c.kind == "OBJ"]
+        return replace(reading, frames=aimed(reading.frames, spoken(text), named))
+
+    return read_after
 
 
 def _arriving(found: list[Chunk]) -> list[Chunk]:

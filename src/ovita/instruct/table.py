@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
@@ -126,9 +127,14 @@ def match(row: Row, items: Sequence[Chunk], kinds: frozenset[str]) -> Match | No
 
 
 def _possible(call: str, kinds: frozenset[str]) -> bool:
-    return all(
-        any(name.partition(":")[0] in kinds for name in word.split("|")) for word in call.split() if word[0] != "!"
-    )
+    return not any(map(kinds.isdisjoint, _needed(call)))
+
+
+@cache
+def _needed(call: str) -> tuple[frozenset[str], ...]:
+    """The classes of each word of a call, one of which is to be there; asked for every row and every clause."""
+    words = [word for word in call.split() if word[0] != "!"]
+    return tuple(frozenset(name.partition(":")[0] for name in word.split("|")) for word in words)
 
 
 def _filled(row: Row, clause: Constituents) -> Match | None:

@@ -95,8 +95,8 @@ def hub(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hub]:
 
 
 @pytest.fixture
-def target(tmp_path: Path) -> Path:
-    return tmp_path / "models" / "toy.gguf"
+def target() -> Path:
+    return models.models_dir() / "toy.gguf"
 
 
 def ask(*arguments: str) -> click.testing.Result:
@@ -302,6 +302,7 @@ def test_known_models_are_described(known: Any) -> None:
 
 
 def test_the_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("OVITA_MODELS", str(tmp_path / "models"))
     assert models.models_dir() == tmp_path / "models"
     monkeypatch.delenv("OVITA_MODELS")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
