@@ -146,6 +146,7 @@ CLAUSES = [
     ("slow down near the cup after moving everything left by 0.2", "pace slower @near=cup; move left=0.2m"),
     ("keep the goal fixed and go left", "keep goal; move left"),
     ("go left without changing the speed", "move left; keep speed"),
+    ("raise the start by 4 cm and shift it 2 cm left", "end start up=4cm left=2cm"),
     ("follow the same path but faster", "pace faster"),
     ("wait at the cup for 5 steps and then carry on", "wait at=cup for=5steps"),
 ]
@@ -252,7 +253,7 @@ def test_a_failed_policy_is_not_offered_again():
 
 
 def test_path_steps_come_before_speed_and_before_what_changes_the_count():
-    code = reply("wait at the cup for 5 steps, slow down near the fan, go left by 0.1, smooth the path").code
+    code = reply("wait at the cup for 5 steps, slow down near the fan and smooth the path, then go left by 0.1").code
     order = [code.index(word) for word in ("= smooth(", "= move(", "= scale_speed(", "= dwell(")]
     assert order == sorted(order)
 

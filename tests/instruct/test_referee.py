@@ -12,6 +12,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import Reading
 from ovita.instruct.referee import judged, understand
+from ovita.instruct.rules import read
 from ovita.instruct.slots import TRAINED
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -109,6 +110,7 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
         ("maximum 0.3 m/s near the cup", "pace set to=0.3m/s @near=cup", "limit"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
+        ("stay 20 cm away from the cup", "farther cup by=20cm", "distance to keep"),
         ("come closer to the cup, to 10 cm", "closer cup by=10cm", "'to 10 cm'"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),
         ("the height lower than 0.45 m", "height at_least=0.45m", "'lower'"),
@@ -207,6 +209,11 @@ def test_a_length_without_a_unit_that_fits_the_path_is_in_metres():
 )
 def test_units_that_stand_apart_from_their_numbers(text, meant):
     assert F.same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
+
+
+def test_a_denial_in_a_clause_of_its_own_is_no_doubt_about_another_clause():
+    assert not contradictions(said("hop the cup, don't touch it"), read("hop the cup, don't touch it", SCENE).frames)
+    assert contradictions(said("don't hop the cup"), notation.parse("hop cup", SCENE.names))
 
 
 @pytest.mark.parametrize("text", ["go left by 0.2", "please slow down near the cup", "raise it by 10 cm"])

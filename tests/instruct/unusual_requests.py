@@ -15,7 +15,6 @@ UNUSUAL = [
     "turn the gripper by 20 degrees",
     "go back to the original path",
     "stay as far from the fan as from the cup",
-    "make the path half as long",
     "avoid the left side",
     "don't go left",
     "make a figure eight around the cup and the fan",

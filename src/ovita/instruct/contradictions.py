@@ -211,6 +211,17 @@ def _by_for_to(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
     return ""
 
 
+def _kept_for_farther(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A distance that is to be kept ("stay 20 cm away from it"), read as so much farther than before."""
+    more = [f.by.value for f in frames if isinstance(f, F.Approach) and f.sense == "farther" and f.by is not None]
+    row = [chunk for chunk in said if chunk.kind not in ("filler", "approx")]
+    for keep, chunk, away in zip(row, row[1:], row[2:], strict=False):
+        if keep.kind == "keep" and chunk.q is not None and away.kind in ("from", "farther"):
+            if any(_near(value, chunk.q.value * unit) for value in more for unit in (1.0, CENTI)):
+                return f"'{keep.text} {chunk.text} {away.text}' is a distance to keep."
+    return ""
+
+
 COURTESY = frozenset("you i we possible need needed necessary anything at so".split())
 """What follows an "if" that is mere politeness."""
 
@@ -309,9 +320,11 @@ def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
 def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
     measured = [frame for frame in frames if isinstance(frame, MEASURED)]
-    lengths = {abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit in ("", "m")}
-    for number in (chunk.q.value for chunk in said if chunk.kind == "Qn" and chunk.q is not None):
-        if number >= 1.0 and any(_near(number * CENTI, length) for length in lengths):
+    lengths = [abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit in ("", "m")]
+    stated = [chunk.number.value for chunk in said if chunk.q is not None]
+    guessed = [length for length in lengths if not any(_near(length, value) for value in stated)]
+    for number in (chunk.number.value for chunk in said if chunk.kind == "Qn"):
+        if number >= 1.0 and any(_near(number * CENTI, length) for length in guessed):
             return f"{number:g} has no unit; it is taken as {number:g} cm."
         if number >= FAR and number in lengths:
             return f"{number:g} has no unit; it would be {number:g} m."
@@ -350,6 +363,7 @@ CHECKS = (
     _object_left,
     _two_waypoints,
     _by_for_to,
+    _kept_for_farther,
     _once_near,
     _anywhere,
     *NEVER,

@@ -36,26 +36,26 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, "tuple[float, float] | None"]
 
 POINTS = {
-    "always": 0.85,
-    "both agree": 1.93,
-    "confidence": 0.84,
-    "confidence in both": 0.75,
-    "a word unread": -0.55,
+    "always": 0.79,
+    "both agree": 2.00,
+    "confidence": 0.93,
+    "confidence in both": 0.74,
+    "a word unread": -0.58,
     "words unread": -0.83,
-    "unread by the network": 0.51,
-    "left by the rules": 0.01,
-    "the rules read otherwise": -1.00,
-    "contradicted": -0.50,
+    "unread by the network": 0.60,
+    "left by the rules": 0.10,
+    "the rules read otherwise": -1.09,
+    "contradicted": -0.52,
     "the other contradicted": 0.32,
-    "beyond the network": -1.64,
-    "likelihood": 0.25,
-    "weakest": 0.19,
-    "in common": 1.49,
-    "but for the part": 0.75,
-    "fewer frames": 0.06,
-    "more frames": 0.58,
-    "the other asks": -0.60,
-    "the other reads nothing": -0.73,
+    "beyond the network": -1.48,
+    "likelihood": 0.26,
+    "weakest": 0.15,
+    "in common": 1.50,
+    "but for the part": 0.81,
+    "fewer frames": 0.03,
+    "more frames": 0.60,
+    "the other asks": -0.61,
+    "the other reads nothing": -0.74,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
@@ -63,7 +63,7 @@ seen."""
 DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.6
+WHOLE_READ = 0.55
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
 CURT, DOUBTED = 5, 10
@@ -226,14 +226,14 @@ def judged(
     over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
-    left = [word for one in (rules, learned) if one is not None and (agreed or one is chosen) for word in one.unread]
+    left = list(chosen.unread)
     reading = replace(chosen, frames=spread(chosen.frames, said))
     differ = whole and by == "learned"
     enough = DO if not whole or differ else WHOLE_READ
     sure = confidence >= enough and not (differ or _shown_first(said, reading, left))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
-    if _denied(said, _frames(reading)):
+    if _denied(said, _frames(reading)) or _one_of_two(said, _frames(reading)):
         outcome = "decline"  # the opposite of what is said is not even shown
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
 
@@ -245,6 +245,12 @@ def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
     row = [chunk for chunk in said if chunk.kind not in passed]
     pairs = [(no, thing) for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
     return any({*thing.names} & {*frame.named} for _, thing in pairs for frame in ways)
+
+
+def _one_of_two(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
+    """Whether a shift goes to one of two opposite sides that are both asked for: "go left and right"."""
+    shifts = [{way for way, _ in frame.offset} for frame in frames if isinstance(frame, F.Shift)]
+    return any(chunk.kind == "sideways" for chunk in said) and any(len(way & {"left", "right"}) == 1 for way in shifts)
 
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:

@@ -326,7 +326,9 @@ def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     else:
         return None, 1
     measured = amount_at(words, i)
-    return (None, 1) if measured and measured.unit in ("m", "m/s", "m/s2", "s", "") else (_weak(value, "%"), used)
+    if measured and (measured.unit in ("m", "m/s", "m/s2", "s") or "dozen" in words[i : i + measured.used]):
+        return None, 1
+    return _weak(value, "%"), used
 
 
 def _weak(value: float, unit: str) -> Referent:
