@@ -13,6 +13,7 @@ from importlib.util import find_spec
 from typing import Any, NoReturn
 
 import click
+from click import option
 from click.core import ParameterSource
 
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
@@ -25,12 +26,15 @@ from ovita.cli.common import (
     notes_on,
     notes_on_writer,
     own_robot,
+    pick,
     plain,
     robot_from,
+    say,
     shared,
     shipped_task,
     show,
     show_notes,
+    shown,
     source,
     task_at,
     waiting,
@@ -48,7 +52,6 @@ from ovita.io import (
     load_robot,
     rendered,
     save_task,
-    save_trajectory,
     writable,
 )
 from ovita.io.files import make_folder
@@ -106,39 +109,26 @@ _ABOUT_OUTPUT = [item.name for item in fields(Outputs)]
 @click.command()
 @click.argument("file", metavar="FILE")
 @click.argument("instruction", required=False)
-@click.option("--out", "-o", "result", metavar="FILE", help="Write the whole result (JSON).")
-@click.option(
-    "--trajectory", metavar="FILE", help="Write the adapted trajectory, in any format that ovita convert writes."
-)
-@click.option("--plot", "picture", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
-@click.option("--code", is_flag=True, help="Also print the policy.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
-@click.option(
+@option("--out", "-o", "result", metavar="FILE", help="Write the whole result (JSON).")
+@option("--trajectory", metavar="FILE", help="Write the adapted trajectory, in any format that ovita convert writes.")
+@option("--plot", "picture", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
+@option("--code", is_flag=True, help="Also print the policy.")
+@option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
+@shown(
     "--time-limit",
     type=float,
     default=TIME_LIMIT,
-    show_default=True,
     metavar="SECONDS",
     help="For writing the policy, all writers and repairs together.",
 )
-@click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
-@click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
-@click.option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
-@click.option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
-@click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
-@click.option("--planner", default="limits", show_default=True, help="Where FILE has no trajectory: see ovita plan.")
+@shown("--repairs", type=int, default=REPAIRS, help="How often a failing policy goes back.")
+@option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
+@option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
+@option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
+@option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
+@shown("--planner", default="limits", help="Where FILE has no trajectory: see ovita plan.")
 @shared
-def command(
-    file: str,
-    instruction: str | None,
-    time_limit: float,
-    repairs: int,
-    explain_with_model: bool,
-    on: FeedbackOn | None,
-    no_examples: bool,
-    planner: str,
-    **options: Any,
-) -> None:
+def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: str, **options: Any) -> None:
     """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE).
 
     If FILE is a skill of `ovita learn`, its mean is adapted and --out is the skill there, with its variance.
@@ -149,7 +139,6 @@ def command(
     """
     outputs = Outputs(**{name: options.pop(name) for name in _ABOUT_OUTPUT})
     outputs.check(file)
-    choices = choices_from(options)
     if is_skill(file):
         from ovita.cli.skills_ import adapt_file
 
@@ -157,34 +146,30 @@ def command(
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
     bare = load_bare(file) if options["scene_file"] is None else None
-    writer = writer_from(options)
-    stages: dict[str, Any] = {
-        "writer": writer,
-        "constraints": constraints_from(options),
-        "isolation": options["isolation"],
-        "repairs": repairs,
-        "examples": not no_examples,
-        "time_limit": time_limit,
-        "explain_with_model": explain_with_model,
-    }
+    stages: dict[str, Any] = {name: options[name] for name in _STAGES}
+    stages |= {"writer": writer_from(options), "constraints": constraints_from(options)}
+    stages["examples"] = not options["no_examples"]
     if bare is not None:
         from ovita.cli.plan_ import generated
 
-        result, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
-        _finish(result, task, options, writer, outputs)
+        made, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
+        _finish(made, task, options, stages["writer"], outputs)
     task = task_at(file, options)
     if outputs.trajectory:
-        rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices)
+        rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices_from(options))
     if outputs.accepting and instruction is None and is_adaptation(file):
         result = _accepted(file)
-        report(result, outputs, *_write(result, outputs, task, choices))
-    text = instruction if instruction is not None else task.instruction
+        report(result, outputs, *_write(result, outputs, task, choices_from(options)))
+    text = task.instruction if instruction is None else instruction
     if instruction is None and not text.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
     request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
-    with waiting(f"{writer.name} writes a policy", quiet=outputs.as_json) as tell:
+    with waiting(f"{stages['writer'].name} writes a policy", quiet=outputs.as_json) as tell:
         result = adapt(request, progress=tell, **stages)
-    _finish(result, task, options, writer, outputs)
+    _finish(result, task, options, stages["writer"], outputs)
+
+
+_STAGES = ("isolation", "repairs", "time_limit", "explain_with_model")
 
 
 def _finish(
@@ -194,8 +179,7 @@ def _finish(
     if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):
         result = accept(result)
     notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
-    choices = choices_from(options)
-    report(result, outputs, *_write(result, outputs, task, choices), notes)
+    report(result, outputs, *_write(result, outputs, task, choices_from(options)), notes)
 
 
 def report(
@@ -250,15 +234,10 @@ def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -
     if not result.usable:
         return [outputs.result] if outputs.result else [], lost
     if outputs.trajectory:
-        lost = save_trajectory(
-            outputs.trajectory,
-            result.adapted,
-            result.scene,
-            result.instruction,
-            {k: v for k, v in task.extra.items() if k != "covariance" or len(result.adapted) == len(task.trajectory)},
-            choices=choices,
-            verdict=result.verdict,
-        )
+        same = len(result.adapted) == len(task.trajectory)
+        extra = {key: value for key, value in task.extra.items() if same or key != "covariance"}
+        adapted = Task(result.adapted, result.scene, result.instruction, extra, verdict=result.verdict)
+        lost = save_task(outputs.trajectory, adapted, choices)
     if outputs.picture:
         draw(result, outputs.picture)
     return outputs.files, lost
@@ -266,9 +245,9 @@ def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
-@click.option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
-@click.option("--view", type=click.Choice(["auto", "3d", "top"]), default="auto", show_default=True)
+@option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
+@option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
+@pick("--view", "auto 3d top")
 @source
 def plot(file: str, out: str | None, robot: str | None, view: View, **options: Any) -> None:
     """Draw FILE: a result of `ovita adapt --out` (before and after), or a trajectory in any format with its scene.
@@ -280,19 +259,19 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
     drawn = load_robot(robot) if robot else None
     if is_adaptation(file):
         draw(Adaptation.load(file), out, robot=drawn, view=view)
-    elif is_skill(file):
-        from ovita.sources.skills import Skill
-
-        made = Skill.load(file).generate().task()
-        shown = Adaptation("", "done", made.trajectory, made.trajectory, scene=made.scene)
-        draw(shown, out, robot=drawn, view=view, tube=made.extra.get("covariance"))
     else:
-        task = task_at(file, options)
+        task = _task_of_a_skill(file) if is_skill(file) else task_at(file, options)
+        named, notes = (drawn, ()) if drawn or is_skill(file) else own_robot(task)
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
-        named, notes = own_robot(task)
-        draw(shown, out, robot=drawn or named, view=view, tube=task.extra.get("covariance"))
-        show_notes(notes if drawn is None else ())
+        draw(shown, out, robot=named, view=view, tube=task.extra.get("covariance"))
+        show_notes(notes)
     click.echo(f"wrote {out}")
+
+
+def _task_of_a_skill(file: str) -> Task:
+    from ovita.sources.skills import Skill
+
+    return Skill.load(file).generate().task()
 
 
 def check_picture(out: str) -> None:
@@ -310,11 +289,11 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
 
 @click.command()
 @click.argument("file", metavar="RESULT.json")
-@click.option("--code", is_flag=True, help="Also print the policy.")
+@option("--code", is_flag=True, help="Also print the policy.")
 def explain(file: str, code: bool) -> None:
     """Explain RESULT.json, a result of `ovita adapt --out`, in plain words."""
     result = Adaptation.load(file)
-    click.echo(plain(explained(file)))
+    say(explained(file))
     if result.proposal is not None:
         click.echo(f"It is not done yet; if that is what you mean: ovita adapt {plain(file)} --accept")
     shown = result.proposal or result
@@ -330,8 +309,8 @@ INSTRUCTIONS = (
 
 
 @click.command()
-@click.option("--out", "-o", default="ovita-demo", show_default=True, metavar="FOLDER", help="Where to save.")
-@click.option("--open", "open_page", is_flag=True, help="Open the last interactive page in the browser.")
+@shown("--out", "-o", default="ovita-demo", metavar="FOLDER", help="Where to save.")
+@option("--open", "open_page", is_flag=True, help="Open the last interactive page in the browser.")
 def demo(out: str, open_page: bool) -> None:
     """Adapt a shipped table-top scene to three instructions with the built-in writer; no key, no network."""
     folder = make_folder(out)
@@ -357,8 +336,8 @@ SAID, KNOB = "Go left by 0.2 and slow down near the cup", ("left", 0.3)
 
 
 @click.command()
-@click.option("--out", "-o", default="ovita-tour", show_default=True, metavar="FOLDER", help="Where to save.")
-@click.option("--yes", is_flag=True, help="Go on without waiting for the Enter key.")
+@shown("--out", "-o", default="ovita-tour", metavar="FOLDER", help="Where to save.")
+@option("--yes", is_flag=True, help="Go on without waiting for the Enter key.")
 def tour(out: str, yes: bool) -> None:
     """Show in five steps what ovita does: say, read, turn a knob, undo, save. No key, no network; a minute.
 
@@ -380,7 +359,7 @@ def _steps(out: str) -> Iterator[str]:
     yield "Something to change: a trajectory and what surrounds it"
     path_now = task.trajectory
     click.echo(f"{len(path_now)} waypoints, {path_now.length:.2f} m in {path_now.duration:.1f} s over a table.")
-    click.echo(plain(f"On it: {listed(task.scene.names)}."))
+    say(f"On it: {listed(task.scene.names)}.")
     yield f'Say what should change: "{SAID}"'
     show(session.say(SAID))
     click.echo("\nThe plan is how it was understood; the first line and the limits are the verdict.")

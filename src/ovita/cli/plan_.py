@@ -7,8 +7,21 @@ from dataclasses import replace
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import EXIT_OF, EXIT_REFUSED, FRAME, in_frame, own_robot, plain, robot_from, show_notes, waiting
+from ovita.cli.common import (
+    EXIT_OF,
+    EXIT_REFUSED,
+    FRAME,
+    in_frame,
+    own_robot,
+    plain,
+    robot_from,
+    say,
+    show_notes,
+    shown,
+    waiting,
+)
 from ovita.errors import FormatError, RequestError
 from ovita.io import Task, load_bare, load_robot, load_scene, load_task, save_task
 from ovita.io.documents import plain as as_json_value
@@ -20,22 +33,18 @@ from ovita.sources.words import from_words
 
 @click.command()
 @click.argument("scene", metavar="SCENE")
-@click.option("--from", "start", required=True, metavar="PLACE", help="Where to start; see below.")
-@click.option("--to", "goal", required=True, metavar="PLACE", help="Where to end.")
-@click.option("--via", multiple=True, metavar="PLACE", help="What to pass; may be given several times, in order.")
-@click.option(
-    "--planner", default="limits", show_default=True, metavar="NAME", help=f"{', '.join(PLANNERS)}, or of a plug-in."
-)
-@click.option(
-    "--robot", metavar="NAME|FILE", help="Limits, as for ovita adapt. [the robot that SCENE names, else none]"
-)
-@click.option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
-@click.option("--waypoints", type=int, default=WAYPOINTS, show_default=True, metavar="N")
-@click.option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of planners that sample.")
-@click.option("--time-limit", type=float, default=TIME_LIMIT, show_default=True, metavar="SECONDS")
+@option("--from", "start", required=True, metavar="PLACE", help="Where to start; see below.")
+@option("--to", "goal", required=True, metavar="PLACE", help="Where to end.")
+@option("--via", multiple=True, metavar="PLACE", help="What to pass; may be given several times, in order.")
+@shown("--planner", default="limits", metavar="NAME", help=f"{', '.join(PLANNERS)}, or of a plug-in.")
+@option("--robot", metavar="NAME|FILE", help="Limits, as for ovita adapt. [the robot that SCENE names, else none]")
+@option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
+@shown("--waypoints", type=int, default=WAYPOINTS, metavar="N")
+@option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
+@shown("--seed", type=int, default=0, help="Of planners that sample.")
+@shown("--time-limit", type=float, default=TIME_LIMIT, metavar="SECONDS")
 @FRAME
-@click.option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+@option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
 def command(scene: str, robot: str | None, out: str | None, frame: str | None, as_json: bool, **options: Any) -> None:
     """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
 
@@ -70,13 +79,7 @@ def _own_robot(scene: str) -> tuple[Robot, str | None, tuple[str, ...]]:
 
 
 def generated(
-    bare: Task,
-    instruction: str | None,
-    planner: str,
-    options: dict[str, Any],
-    stages: dict[str, Any],
-    *,
-    as_json: bool,
+    bare: Task, instruction: str | None, planner: str, options: dict[str, Any], stages: dict[str, Any], *, as_json: bool
 ) -> tuple[Adaptation, Task]:
     """Plan and adapt from words alone, for `ovita adapt` on a file without a trajectory.
 
@@ -94,7 +97,7 @@ def generated(
         if as_json:
             click.echo(json.dumps({"status": made.status, "instruction": text, "message": made.message}))
         else:
-            click.echo(plain(made.message))
+            say(made.message)
         raise SystemExit(EXIT_OF[made.status])
     return made.adaptation, replace(known, trajectory=made.adaptation.original)
 
@@ -103,28 +106,18 @@ def _tell(found: Plan, out: str | None, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(_document(found), ensure_ascii=False))
         return
-    for line in found.sentences():
-        click.echo(plain(line))
+    say(*found.sentences())
     if found.ok and out:
         click.echo(f"wrote {plain(out)}")
         click.echo(f'Now change it: ovita adapt {plain(out)} "a little higher"')
 
 
-def _document(found: Plan) -> dict[str, object]:
-    path = found.trajectory
-    return {
-        "ok": found.ok,
-        "planner": found.planner,
-        "from": found.request.start.label,
-        "via": [anchor.label for anchor in found.request.via],
-        "to": found.request.goal.label,
-        "problems": list(found.problems),
-        "notes": list(found.notes),
-        "seconds": found.seconds,
-        "length": None if path is None else path.length,
-        "duration": None if path is None else path.duration,
-        "trajectory": None if path is None else path.to_array().tolist(),
-        "joints": None if found.motion is None else as_json_value(found.motion.positions),
-        "times": None if found.motion is None else as_json_value(found.motion.times),
-        "checks": as_json_value([*found.checks]),
-    }
+def _document(found: Plan) -> Any:
+    path, motion = found.trajectory, found.motion
+    asked = {"from": found.request.start.label, "via": [anchor.label for anchor in found.request.via]}
+    told = {name: getattr(found, name) for name in ("problems", "notes", "seconds")}
+    ways = {name: getattr(path, name, None) for name in ("length", "duration")}
+    moves = {"joints": getattr(motion, "positions", None), "times": getattr(motion, "times", None)}
+    rows = None if path is None else path.to_array()
+    document = {"ok": found.ok, "planner": found.planner, **asked, "to": found.request.goal.label, **told, **ways}
+    return as_json_value({**document, "trajectory": rows, **moves, "checks": found.checks})

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import option
 
 from ovita.cli.common import (
     BASE_URL,
@@ -28,9 +29,11 @@ from ovita.cli.common import (
     notes_on_writer,
     plain,
     robot_from,
+    say,
     shared,
     show,
     show_notes,
+    shown,
     task_at,
     waiting,
     writer_from,
@@ -68,8 +71,8 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
-@click.option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
+@option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
+@option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
 @shared
 def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say.
@@ -86,14 +89,14 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
         session = _resumed(session, keeper)
     names = ", ".join(task.scene.names) or "none"
     held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
-    click.echo(plain(f"{file}: {held}; objects: {names}."))
+    say(f"{file}: {held}; objects: {names}.")
     show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
     click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
     if keeper is not None and keeper.earlier is not None and not resume:
         click.echo("An earlier talk about this file is kept; /resume goes on with it.")
     session = _talked(session, keeper)
     if keeper is not None and session.kept:
-        click.echo(plain(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume"))
+        say(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume")
 
 
 def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session:
@@ -102,7 +105,7 @@ def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session
     session = Session(task.trajectory, task.scene, robot, writer, constraints_from(options), options["isolation"])
     if journal and os.path.exists(journal):
         session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
-        click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
+        say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
     elif journal:
         session.keep(journal)
     return session
@@ -137,7 +140,7 @@ def _resumed(session: Session, keeper: Keeper | None) -> Session:
     if session.steps:
         raise RequestError("this talk has begun; end it with /quit, and go on with the last one by --resume")
     found = Session.resume(str(keeper.earlier), writer=session.writer, isolation=session.isolation)
-    click.echo(plain(f"{counted(len(found.steps), 'turn')} so far; /history lists them."))
+    say(f"{counted(len(found.steps), 'turn')} so far; /history lists them.")
     return found
 
 
@@ -149,19 +152,13 @@ def _candidates(session: Session, begun: str) -> list[str]:
 
 def _obey(session: Session, line: str) -> bool:
     """Do one line; False ends the conversation."""
-    if line[0] not in _MARKS:
-        _say(session, line, "current")
-        return True
-    word, _, rest = line[1:].partition(" ")
-    rest = rest.strip()
+    word, _, rest = line[1:].partition(" ") if line[0] in _MARKS else ("current", "", line)
     if word in ("quit", "exit", "q"):
         return False
-    if word in ("original", "current"):
-        _say(session, rest, "original" if word == "original" else "current")
-    elif word in _WORDS:
-        click.echo(plain(_WORDS[word](session)))
+    if word in _WORDS:
+        say(_WORDS[word](session))
     elif word in _DEEDS:
-        _DEEDS[word](session, rest)
+        _DEEDS[word](session, rest.strip())
     else:
         near = get_close_matches(word, COMMANDS, n=1)
         hint = f"did you mean /{near[0]}?" if near else "/help lists them"
@@ -173,7 +170,7 @@ def _say(session: Session, text: str, on: FeedbackOn) -> None:
     with waiting("writing a policy") as tell:
         result = begun(session, text, progress=tell) if session.bare else session.say(text, on=on, progress=tell)
     if result.writer.kind == "feedback":
-        click.echo(plain(result.message))
+        say(result.message)
     else:
         show(result)
     if session.pending is not None:
@@ -190,10 +187,6 @@ def _set(session: Session, rest: str) -> None:
 def _undo(session: Session) -> str:
     last = session.steps[-1].said if session.steps else ""
     return f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."
-
-
-def _redo(session: Session) -> str:
-    return f"Brought back: {session.steps[-1].said}." if session.redo() else "There is nothing to redo."
 
 
 def _history(session: Session) -> str:
@@ -222,13 +215,13 @@ def _plot(session: Session, rest: str) -> None:
 
 
 def _save(session: Session, rest: str) -> None:
-    path = rest or f"result{session.adaptation.mark if session.adaptation else ''}.json"
+    path = rest or f"result{getattr(session.adaptation, 'mark', '')}.json"
     if path.lower().endswith(".json"):
         _last(session).save(path)
     elif writable(path):
-        verdict = session.adaptation.verdict if session.adaptation else ""
-        for note in save_trajectory(path, session.current, session.scene, verdict=verdict):
-            click.echo(f"note: {plain(note)}")
+        verdict = getattr(session.adaptation, "verdict", "")
+        lost = save_trajectory(path, session.current, session.scene, verdict=verdict)
+        say(*(f"note: {note}" for note in lost))
     else:
         raise RequestError(f"{path}: results are saved as .json, trajectories as {', '.join(WRITTEN[1:])}")
     click.echo(f"wrote {path}")
@@ -236,7 +229,7 @@ def _save(session: Session, rest: str) -> None:
 
 _WORDS: dict[str, Callable[[Session], str]] = {
     "undo": _undo,
-    "redo": _redo,
+    "redo": lambda s: f"Brought back: {s.steps[-1].said}." if s.redo() else "There is nothing to redo.",
     "history": _history,
     "knobs": lambda session: "\n".join(f"  {parameter.line}" for parameter in _last(session).parameters),
     "objects": _objects,
@@ -247,13 +240,15 @@ _WORDS: dict[str, Callable[[Session], str]] = {
 """What is answered in words."""
 
 _DEEDS: dict[str, Callable[[Session, str], None]] = {
+    "original": lambda session, rest: _say(session, rest, "original"),
+    "current": lambda session, rest: _say(session, rest, "current"),
     "accept": lambda session, rest: show(session.accept()),
     "set": _set,
     "plot": _plot,
     "save": _save,
 }
 
-COMMANDS = tuple(sorted({"quit", "original", "current", "resume", *_WORDS, *_DEEDS}))
+COMMANDS = tuple(sorted({"quit", "resume", *_WORDS, *_DEEDS}))
 """What may follow a slash."""
 
 
@@ -343,8 +338,8 @@ def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: S
         knobs: That /set turns.
     """
     _, space, last = line.rpartition(" ")
-    command = line[1:].partition(" ")[0] if line[:1] in _MARKS else ""
-    if line[:1] in _MARKS and not space:
+    command = line[1:].partition(" ")[0] if line.startswith(_MARKS) else ""
+    if line.startswith(_MARKS) and not space:
         return [f"{line[0]}{word} " for word in commands if word.startswith(command)]
     if command == "set":
         return [f"{name}=" for name in knobs if name.startswith(last)]
@@ -355,11 +350,8 @@ def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: S
 
 def _rest(line: str, name: str, last: str) -> str:
     """The last word of a line with what is missing of a name that the line ends with the beginning of; else ""."""
-    for size in range(len(name) - 1, 0, -1):
-        begun = line[-size:].lower() == name[:size].lower() and line[-size - 1 : -size] in ("", " ")
-        if begun:
-            return last + name[size:]
-    return ""
+    sizes = (n for n in range(len(name) - 1, 0, -1) if f" {line}".lower().endswith(f" {name[:n]}".lower()))
+    return next((last + name[size:] for size in sizes), "")
 
 
 def _files(text: str) -> list[str]:
@@ -400,9 +392,9 @@ class Keeper:
 
 @click.command()
 @click.argument("files", metavar="[FILE|FOLDER]...", nargs=-1)
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="0 takes any free one.")
-@click.option(
+@shown("--host", default="127.0.0.1", help="Address to listen on.")
+@shown("--port", type=click.IntRange(0, 65535), default=8765, help="0 takes any free one.")
+@option(
     "--token",
     default="",
     envvar="OVITA_STUDIO_TOKEN",
@@ -411,8 +403,8 @@ class Keeper:
 )
 @WRITER
 @BASE_URL
-@click.option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
-@click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
+@option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
+@option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
 @ISOLATION
 def studio(
     files: tuple[str, ...], host: str, port: int, token: str, robot: str | None, sessions: Path | None, **options: Any

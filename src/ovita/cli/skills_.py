@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
+from click import option
 
 from ovita.chain import enforced
 from ovita.cli.common import (
@@ -17,8 +18,10 @@ from ovita.cli.common import (
     constraints_from,
     in_frame,
     names_in,
-    plain,
+    pick,
+    say,
     show_notes,
+    shown,
     slowed,
     source,
     writer_from,
@@ -41,22 +44,16 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("demos", metavar="DEMOS...", nargs=-1, required=True)
-@click.option("--out", "-o", required=True, metavar="FILE", help="Where to write the skill (JSON).")
-@click.option("--kind", type=click.Choice(KINDS), default="kmp", show_default=True, help="What is learned; see below.")
-@click.option(
+@option("--out", "-o", required=True, metavar="FILE", help="Where to write the skill (JSON).")
+@shown("--kind", type=click.Choice(KINDS), default="kmp", help="What is learned; see below.")
+@option(
     "--frames",
     default="",
     metavar="NAMES",
     help="Objects, or start and goal, that the movement is relative to: cup,plate (kmp, tpgmm).",
 )
-@click.option(
-    "--align",
-    type=click.Choice(["dtw", "arc_length", "time"]),
-    default="dtw",
-    show_default=True,
-    help="How moments of the demonstrations are matched.",
-)
-@click.option("--components", type=click.IntRange(1, 100), default=8, show_default=True, help="Gaussians of a tpgmm.")
+@pick("--align", "dtw arc_length time", "How moments of the demonstrations are matched.")
+@shown("--components", type=click.IntRange(1, 100), default=8, help="Gaussians of a tpgmm.")
 @source
 def learn(
     demos: tuple[str, ...], out: str, kind: SkillKind, frames: str, align: Any, components: int, **options: Any
@@ -74,7 +71,7 @@ def learn(
     skill = learn_skill(tasks, kind, frames=names_in(frames), align=align, components=components)
     skill.save(out)
     around = f", relative to {', '.join(skill.frames)}" if skill.frames else ""
-    click.echo(plain(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}"))
+    say(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}")
     show_notes(skill.notes)
     if options["frame"] is None:
         frame = tasks[0].scene.frame
@@ -94,49 +91,41 @@ def spread(skill: Skill) -> str:
 
 @click.command()
 @click.argument("file", metavar="SKILL.json")
-@click.option("--start", metavar="PLACE", help="Where to start: 'above the cup', or x,y,z[,qw,qx,qy,qz]. [as shown]")
-@click.option("--goal", metavar="PLACE", help="Where to end. [as shown]")
-@click.option(
+@option("--start", metavar="PLACE", help="Where to start: 'above the cup', or x,y,z[,qw,qx,qy,qz]. [as shown]")
+@option("--goal", metavar="PLACE", help="Where to end. [as shown]")
+@option(
     "--via",
     multiple=True,
     metavar="PHASE: PLACE",
     help="Pass through a place at a phase between 0 and 1: '0.5: cup'; without a phase, where it is least unusual.",
 )
-@click.option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
-@click.option("--frame", type=FRAMES, help="Which way is left in PLACE. [the one that the skill was learned in]")
-@click.option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
-@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Limits, as for ovita adapt.")
-@click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
-@click.option("--repair", is_flag=True, help="Move and slow the path to keep the limits, not only measure them.")
-@click.option("--no-obstacles", is_flag=True, help="Objects are no obstacles.")
-@click.option("--out", "-o", metavar="FILE", help="Write the trajectory, in any format that ovita convert writes.")
-@click.option("--json", "as_json", is_flag=True, help="Print mean and covariance as JSON.")
-def generate(
-    file: str,
-    start: str | None,
-    goal: str | None,
-    via: tuple[str, ...],
-    scene_file: str | None,
-    frame: str | None,
-    waypoints: int | None,
-    robot: str,
-    max_speed: float | None,
-    repair: bool,
-    no_obstacles: bool,
-    out: str | None,
-    as_json: bool,
-) -> None:
+@option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
+@option("--frame", type=FRAMES, help="Which way is left in PLACE. [the one that the skill was learned in]")
+@option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
+@shown("--robot", default="none", metavar="NAME|FILE", help="Limits, as for ovita adapt.")
+@option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
+@option("--repair", is_flag=True, help="Move and slow the path to keep the limits, not only measure them.")
+@option("--no-obstacles", is_flag=True, help="Objects are no obstacles.")
+@option("--out", "-o", metavar="FILE", help="Write the trajectory, in any format that ovita convert writes.")
+@option("--json", "as_json", is_flag=True, help="Print mean and covariance as JSON.")
+def generate(file: str, robot: str, repair: bool, out: str | None, as_json: bool, **options: Any) -> None:
     """Generate a trajectory of SKILL.json between other ends, through via-points, around objects that moved.
 
     A task in JSON holds the covariance as well. The path is measured against the limits as an adapted one is: exit code
     5 where one of them is broken, or where --repair had to change the path, 4 where they cannot all be kept. If a place
     is not reached, which can happen to a promp or by --repair, that is said and the exit code is 6.
     """
-    limits = slowed(load_robot(robot), max_speed)
+    limits = slowed(load_robot(robot), options["max_speed"])
     skill = Skill.load(file)
-    scene = _scene_of(skill, scene_file, frame)
-    asked = skill.generate(start, goal, [_via(text) for text in via], scene=scene, waypoints=waypoints, robot=limits)
-    made, judged = checked(asked, limits, repair=repair, obstacles=not no_obstacles)
+    asked = skill.generate(
+        options["start"],
+        options["goal"],
+        [_via(text) for text in options["via"]],
+        scene=_scene_of(skill, options["scene_file"], options["frame"]),
+        waypoints=options["waypoints"],
+        robot=limits,
+    )
+    made, judged = checked(asked, limits, repair=repair, obstacles=not options["no_obstacles"])
     lost = save_task(out, made.task()) if out else ()
     if as_json:
         covariance = None if made.covariance is None else made.covariance.tolist()
@@ -154,8 +143,7 @@ def _tell(made: GeneratedPath, notes: Sequence[str], *, repaired: bool) -> None:
     path = made.trajectory
     click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
     show_notes(notes)
-    for text in (*(f"not as meant: {text}" for text in made.missed), *(f"limits: {text}" for text in made.broken)):
-        click.echo(plain(text), err=True)
+    say(*(f"not as meant: {text}" for text in made.missed), *(f"limits: {text}" for text in made.broken), err=True)
     if made.broken and not repaired:
         click.echo("Nothing was changed for the limits; --repair keeps them.", err=True)
 
@@ -165,10 +153,9 @@ def checked(made: GeneratedPath, robot: Robot, *, repair: bool, obstacles: bool)
     options = ConstraintOptions(repair_original=True, obstacles=obstacles, enabled=repair)
     result = enforced("Generate", made.trajectory, made.scene, robot, constraints=options)
     verdict = result.constraints
-    broken = () if verdict is None or verdict.status == "satisfied" or result.status == "done" else verdict.sentences()
-    if result.adapted == made.trajectory:
-        return replace(made, broken=tuple(broken)), result
-    return replace(made.moved_to(result.adapted), broken=tuple(broken)), result
+    kept = verdict is None or verdict.status == "satisfied" or result.status == "done"
+    moved = made if result.adapted == made.trajectory else made.moved_to(result.adapted)
+    return replace(moved, broken=() if verdict is None or kept else tuple(verdict.sentences())), result
 
 
 def _scene_of(skill: Skill, scene_file: str | None, frame: str | None) -> Scene:
@@ -181,11 +168,9 @@ def _scene_of(skill: Skill, scene_file: str | None, frame: str | None) -> Scene:
     if frame is not None:
         return in_frame(scene, frame)
     if stated and scene.frame != skill.scene.frame:
-        raise RequestError(
-            f"{scene_file} is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}; "
-            "give them the same, or say by --frame which one counts"
-        )
-    return scene if stated else replace(scene, frame=skill.scene.frame)
+        frames = f"is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}"
+        raise RequestError(f"{scene_file} {frames}; give them the same, or say by --frame which one counts")
+    return replace(scene, frame=skill.scene.frame)
 
 
 def _via(text: str) -> tuple[float | None, str]:
@@ -214,10 +199,12 @@ def adapt_file(file: str, instruction: str, on: FeedbackOn, outputs: Outputs, op
         accepting=outputs.accepting,
     )
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()
-    if result.usable and outputs.result:
+    if not result.usable:
+        report(result, outputs, (), (), edited.notes)
+    if outputs.result:
         edited.skill.save(outputs.result)
-    if result.usable and outputs.trajectory:
+    if outputs.trajectory:
         lost = save_task(outputs.trajectory, made)
-    if result.usable and outputs.picture:
+    if outputs.picture:
         draw(result, outputs.picture, tube=made.extra.get(COVARIANCE))
-    report(result, outputs, outputs.files if result.usable else (), lost, edited.notes)
+    report(result, outputs, outputs.files, lost, edited.notes)

@@ -10,7 +10,7 @@ from ovita.errors import RobotError
 from ovita.paths.geometry import Mask
 from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.models import ArmLimits, RobotModel
+from ovita.sim.models import ArmLimits, RobotModel, mujoco
 from ovita.sim.timing import (
     ControlPlan,
     Hold,
@@ -79,8 +79,6 @@ class Arm:
 
     def act(self, data: Any, step: int) -> bool:
         """Computed torque: M(q) (q'' + kp e + kd e') + bias."""
-        import mujoco
-
         plan = self.intent.plan
         wanted = plan.accelerations[step] + STIFFNESS * (plan.coordinates[step] - data.qpos)
         wanted += DAMPING * (plan.rates[step] - data.qvel)
@@ -219,8 +217,6 @@ class Kinematics:
 
     def _struck(self, joints: Array) -> bool:
         """Whether the arm touches the floor or itself."""
-        import mujoco
-
         self.configuration.update(joints)
         mujoco.mj_collision(self.stage.model, self.configuration.data)
         geoms = self.configuration.data.contact.geom.tolist()

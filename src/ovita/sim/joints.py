@@ -13,7 +13,7 @@ from ovita.io.messages import JointMotion
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.models import ArmLimits, RobotModel, load_model
+from ovita.sim.models import ArmLimits, RobotModel, load_model, mujoco
 from ovita.sim.placement import Base, WorldTransform
 from ovita.sim.report import FAILED, Report
 from ovita.sim.simulate import require, simulate
@@ -178,8 +178,6 @@ def tool_path(
         other = [name for i, name in enumerate(motion.names) if i not in order]
         raise RobotError(f"the {model.title} has no joints {', '.join(other)}; leave them out of the motion")
     columns = _columns(stage, joints.own)
-    import mujoco
-
     data = mujoco.MjData(stage.model)
 
     def forward(row: Array) -> tuple[Array, Array]:

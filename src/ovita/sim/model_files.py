@@ -13,7 +13,7 @@ import numpy as np
 from ovita.errors import FormatError, RobotError
 from ovita.io.files import read_text
 from ovita.paths.trajectory import Array
-from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip
+from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip, mujoco
 from ovita.text import listed
 
 MODELS = (".xml", ".mjcf", ".urdf")
@@ -38,8 +38,6 @@ def read_spec(path: Path) -> Any:
     Raises:
         RobotError: If it cannot be read.
     """
-    import mujoco
-
     try:
         if path.suffix.lower() != ".urdf":
             return mujoco.MjSpec.from_file(str(path))
@@ -96,8 +94,6 @@ def make_arm(spec: Any, robot: RobotModel) -> None:
 
 def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     """The joints between base and tip; all others are fixed where they are, with what depends on them removed."""
-    import mujoco
-
     chain = list(_to_base(_tip_body(spec, robot)))
     joints = [joint for link in reversed(chain) for joint in link.joints]
     turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -161,8 +157,6 @@ def _torque(spec: Any, joint: Any) -> float:
 
 def _drive(spec: Any, joints: Sequence[Any], torques: Sequence[float]) -> None:
     """A motor at each joint in place of what drove it."""
-    import mujoco
-
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     for i, (joint, torque) in enumerate(zip(joints, torques, strict=True)):
@@ -219,8 +213,6 @@ def model_of(path: Path, tip: str | None = None) -> RobotModel:
     Raises:
         RobotError: If it can be neither.
     """
-    import mujoco
-
     spec = read_spec(path)
     free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
     if not free:
@@ -262,8 +254,6 @@ def _ranges(joints: Sequence[Any], *, in_degrees: bool) -> tuple[Array, Array]:
 
 
 def _guessed_tip(spec: Any) -> str:
-    import mujoco
-
     names = sorted(thing.name for thing in (*spec.sites, *spec.bodies) if thing.name)
 
     def hinges(body: Any) -> int:

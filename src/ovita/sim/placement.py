@@ -53,14 +53,13 @@ class Base:
         except ValueError:
             values = []
         if len(values) not in (3, 4):
-            raise RequestError(
-                f"--base {text!r} is not x,y,z,yaw; give metres and radians, such as --base 0.5,0,0,1.57"
-            )
-        yaw = values[3] if len(values) == 4 else 0.0
+            hint = "give metres and radians, such as --base 0.5,0,0,1.57"
+            raise RequestError(f"--base {text!r} is not x,y,z,yaw; {hint}")
+        x, y, z, yaw = (*values, 0.0)[:4]
         if abs(yaw) > 2.0 * np.pi:
             meant = f"{yaw:g} degrees are {np.radians(yaw):.4g}"
             raise RequestError(f"--base {text!r}: the yaw {yaw:g} is more than a turn; give radians ({meant})")
-        return cls(values[0], values[1], values[2], yaw)
+        return cls(x, y, z, yaw)
 
     @property
     def position(self) -> Array:
@@ -101,9 +100,8 @@ class WorldTransform:
 
     def scene(self, scene: Scene) -> Scene:
         """A scene in the simulator's coordinates."""
-        objects = tuple(
-            SceneObject(o.name, o.position * self.signs, o.size, self.turned(o.orientation), o.extra) for o in scene
-        )
+        turned = [(o, o.position * self.signs, self.turned(o.orientation)) for o in scene]
+        objects = tuple(SceneObject(o.name, place, o.size, turn, o.extra) for o, place, turn in turned)
         return replace(scene, objects=objects, frame=Frame("flu"))
 
     def base(self, base: Base) -> Base:
@@ -158,10 +156,10 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
     return _facing(max(places, key=score), middle)
 
 
-def start_base(trajectory: Trajectory, ground: float) -> Base:
-    """Where a rover or drone begins: above the first waypoint's place on the ground, facing along the path."""
-    x, y = trajectory.positions[0, :2]
-    steps = np.diff(trajectory.positions[:, :2], axis=0)
+def start_base(positions: Array, ground: float) -> Base:
+    """Where a rover or drone begins on a path (N, 3): at its start, on the ground, facing along it."""
+    x, y = positions[0, :2]
+    steps = np.diff(positions[:, :2], axis=0)
     moving = np.linalg.norm(steps, axis=1) > 1e-9
     dx, dy = steps[np.argmax(moving)] if moving.any() else (1.0, 0.0)
     how = "at the start of the trajectory, facing along it"
@@ -181,11 +179,8 @@ def _clear(place: Array, shoulder: float, points: Array, scene: Scene) -> bool:
     if (beside & (flat < 0.25)).any():
         return False
     beneath = place[2] + TOUCH
-    return all(
-        item.clearance(column).min() > 0.15
-        for item in scene
-        if not (is_support(item) and float(top_of(item)[2]) <= beneath)
-    )
+    around = (item for item in scene if not (is_support(item) and float(top_of(item)[2]) <= beneath))
+    return all(item.clearance(column).min() > 0.15 for item in around)
 
 
 def _facing(place: Array, middle: Array) -> Base:

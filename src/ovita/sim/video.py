@@ -15,6 +15,7 @@ from ovita.errors import FormatError
 from ovita.io.files import atomic_write
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import render
+from ovita.sim.models import mujoco
 from ovita.sim.placement import WorldTransform
 from ovita.sim.simulate import Simulation, require
 from ovita.sim.world import BOX_GROUP, SimWorld
@@ -31,8 +32,6 @@ _HALF_VIEW = np.tan(np.radians(22.5))
 
 def close_up(camera: Any, extent: float) -> Any:
     """A camera that looks the same way from near."""
-    import mujoco
-
     near = mujoco.MjvCamera()
     near.type, near.azimuth, near.elevation = camera.type, camera.azimuth, camera.elevation
     near.distance = 2.2 * extent
@@ -184,8 +183,6 @@ class _View:
     def __init__(
         self, pane: Pane, path: Array, camera: Any, world: WorldTransform, size: tuple[int, int], free: tuple[int, int]
     ) -> None:
-        import mujoco
-
         self.pane, self.camera, self.size, self.free = pane, camera, size, free
         self.ahead = (*(0.5 * (1.0 + c) for c in pane.colour[:3]), 1.0)
         stage, motion = pane.simulation.stage, pane.simulation.motion
@@ -205,8 +202,6 @@ class _View:
         self.near = None if extent > SMALL * camera.distance else close_up(camera, extent)
 
     def picture(self, time: float) -> Image:
-        import mujoco
-
         simulation = self.pane.simulation
         motion = simulation.motion
         now = int(np.clip(np.searchsorted(motion.times, time, side="right") - 1, 0, len(motion.times) - 1))
@@ -247,8 +242,6 @@ class _View:
         self.renderer.close()
 
     def _line(self, start: Array, end: Array, rgba: tuple[float, ...], width: float) -> None:
-        import mujoco
-
         if np.linalg.norm(end - start) < 1e-6:
             return
         geom = self._next(mujoco.mjtGeom.mjGEOM_LINE, np.zeros(3), rgba)
@@ -256,16 +249,12 @@ class _View:
             mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_LINE, width, start, end)
 
     def _dot(self, place: Array, rgba: tuple[float, ...], radius: float, label: str = "") -> None:
-        import mujoco
-
         geom = self._next(mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), rgba)
         if geom is not None:
             geom.pos[:] = place
             geom.label = label
 
     def _next(self, kind: Any, size: Array, rgba: tuple[float, ...]) -> Any:
-        import mujoco
-
         scene = self.renderer.scene
         if scene.ngeom >= scene.maxgeom:
             return None
@@ -325,8 +314,6 @@ class _Letters:
 
 def _camera(panes: Sequence[Pane], paths: list[Array], world: WorldTransform) -> Any:
     """One camera for all panes: around the paths, everywhere the robots go, and the objects that are near."""
-    import mujoco
-
     spots = [*paths, *(pane.simulation.motion.positions.reshape(-1, 3) * world.signs for pane in panes)]
     low = np.min([p.min(axis=0) for p in spots], axis=0)
     high = np.max([p.max(axis=0) for p in spots], axis=0)
@@ -351,8 +338,6 @@ def _camera(panes: Sequence[Pane], paths: list[Array], world: WorldTransform) ->
 
 def _labels(stage: SimWorld) -> list[tuple[str, Array]]:
     """The objects' names, in letters that MuJoCo can draw, and the middle of their tops (3,) [m]."""
-    import mujoco
-
     data = mujoco.MjData(stage.model)
     mujoco.mj_kinematics(stage.model, data)
     found = []
@@ -364,8 +349,6 @@ def _labels(stage: SimWorld) -> list[tuple[str, Array]]:
 
 def _edges(model: Any, longest: float) -> list[tuple[Array, Array]]:
     """The edges of a workspace that is a box, from end to end, unless the box is too large to be seen."""
-    import mujoco
-
     box = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "workspace")
     if box < 0 or model.geom_group[box] != BOX_GROUP or 2.0 * np.linalg.norm(model.geom_size[box]) > longest:
         return []

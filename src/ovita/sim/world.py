@@ -14,7 +14,7 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject, matrix
 from ovita.paths.trajectory import Array, nlerp
 from ovita.sim.model_files import add_tip, make_arm, read_spec
-from ovita.sim.models import ArmLimits, RobotModel, Tip
+from ovita.sim.models import ArmLimits, RobotModel, Tip, mujoco
 from ovita.sim.placement import Base
 
 Vector = tuple[float, float, float]
@@ -143,8 +143,6 @@ class SimWorld:
 
         The shoulder is the second joint, or the first of an arm whose first two axes are parallel.
         """
-        import mujoco
-
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
@@ -197,8 +195,6 @@ def build(
     Raises:
         RobotError: If the model cannot be loaded, or has no such tip.
     """
-    import mujoco
-
     child = _load(robot)
     world = mujoco.MjSpec()
     world.modelname = robot.name
@@ -245,8 +241,6 @@ def _tip_name(robot: RobotModel) -> str:
 
 def _furnish(world: Any, base: Base | None, ground: float) -> None:
     """Light, sky, the floor, and a pedestal where an arm stands above it."""
-    import mujoco
-
     kinds = mujoco.mjtGeom
     world.visual.global_.offwidth, world.visual.global_.offheight = 1920, 1080
     world.visual.headlight.ambient = [0.45, 0.45, 0.45]
@@ -279,8 +273,6 @@ def _furnish(world: Any, base: Base | None, ground: float) -> None:
 
 
 def _add_object(world: Any, name: str, item: SceneObject, color: Vector, *, solid: bool, felt: bool) -> None:
-    import mujoco
-
     body = world.worldbody.add_body(name=name, pos=item.position, quat=item.orientation)
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=0.5 * item.size)
     geom.rgba, geom.margin, geom.gap = ([*color, 1.0], 0.0, 0.0) if solid else ([*color, 0.85], -10.0, 10.0)
@@ -290,8 +282,6 @@ def _add_object(world: Any, name: str, item: SceneObject, color: Vector, *, soli
 
 def _show(world: Any, robot: Robot) -> None:
     """Show the workspace as a transparent body that touches nothing."""
-    import mujoco
-
     space = robot.workspace
     assert space is not None
     look: dict[str, Any] = {"name": "workspace", "rgba": [0.2, 0.5, 0.9, 0.05], "contype": 0, "conaffinity": 0}
@@ -305,8 +295,6 @@ def _show(world: Any, robot: Robot) -> None:
 
 
 def _shape(model: Any, geom: int, body: int) -> Shape:
-    import mujoco
-
     kinds = mujoco.mjtGeom
     scales: dict[Any, tuple[Any, Vector]] = {
         kinds.mjGEOM_SPHERE: ("sphere", (1.0, 0.0, 0.0)),

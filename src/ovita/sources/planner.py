@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any, Protocol
@@ -167,16 +168,11 @@ class Plan:
             raise RequestError(" ".join(self.problems))
         request = self.request
         named = robot or (request.robot.name if PRESETS.get(request.robot.name) == request.robot else None)
-        planned: dict[str, Any] = {
-            "planner": self.planner,
-            "from": request.start.label,
-            "via": [anchor.label for anchor in request.via],
-            "to": request.goal.label,
-            "seed": request.seed,
-        }
+        via = [anchor.label for anchor in request.via]
+        planned: dict[str, Any] = {"planner": self.planner, "from": request.start.label, "via": via}
+        planned |= {"to": request.goal.label, "seed": request.seed}
         if self.motion is not None:
-            joints = self.motion
-            planned["joints"] = as_json({"names": joints.names, "times": joints.times, "positions": joints.positions})
+            planned["joints"] = as_json({name: getattr(self.motion, name) for name in ("names", "times", "positions")})
         return Task(self.trajectory, request.scene, extra={"planned": planned}, robot=named)
 
     def sentences(self) -> list[str]:
@@ -213,25 +209,24 @@ def planner_named(name: str) -> Planner:
     Raises:
         RequestError: If there is no such planner.
     """
-    if name == "limits":
-        return LimitsPlanner()
-    if name in ("rrt_connect", "rrt_star"):
-        from ovita.sources.sampling import SamplingPlanner
-
-        return SamplingPlanner(name)
-    if name == "mpc":
-        from ovita.sources.mpc import TrackingPlanner
-
-        return TrackingPlanner()
-    if name == "joint":
-        from ovita.sources.joints import JointPlanner
-
-        return JointPlanner()
+    if name in _HOMES:
+        module, _, kind = _HOMES[name].partition(":")
+        own: Planner = getattr(import_module(f"ovita.sources.{module}"), kind)(name=name)
+        return own
     found: Planner | None = plugins.make("planners", name, "plan")
     if found is None:
         known = (*PLANNERS, *plugins.entries("planners"))
         raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(known)}")
     return found
+
+
+_HOMES = {
+    "limits": "planner:LimitsPlanner",
+    "rrt_connect": "sampling:SamplingPlanner",
+    "rrt_star": "sampling:SamplingPlanner",
+    "mpc": "mpc:TrackingPlanner",
+    "joint": "joints:JointPlanner",
+}
 
 
 @called_as('plan(scene, start="box", goal=[0.4, 0.2, 0.3], robot="arm")')
@@ -390,10 +385,8 @@ def spread(polyline: Array, count: int, cruise: float) -> tuple[Trajectory, list
     for i in np.argsort(np.floor(shares) - shares, kind="stable")[: max(count - 1 - int(parts.sum()), 0)]:
         parts[i] += 1
     corners = [0, *np.cumsum(parts).tolist()]
-    rows = [
-        a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a)
-        for (a, b), n in zip(pairwise(polyline), parts, strict=True)
-    ]
+    legs = zip(polyline[:-1], polyline[1:], parts, strict=True)
+    rows = [a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a) for a, b, n in legs]
     positions = np.vstack([*rows, polyline[-1:]])
     return Trajectory(positions, speed_profile(positions, cruise)), corners
 
