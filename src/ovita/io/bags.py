@@ -62,7 +62,6 @@ _PATHS = (
 )
 _JOINT_MOTIONS = (JOINT_PLANS, (JOINT_STATE,))
 _VERSION = 8
-_STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
 
 
 def load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -85,14 +84,16 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
             if kind == ROBOT_PLAN and not len(message.joint_trajectory.points):
                 kind, message = TYPES["multidof"], message.multi_dof_joint_trajectory
             if kind not in _KINDS:
-                raise FormatError(
-                    file,
-                    f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path; to turn them into one "
-                    "takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
-                    "load_joint_motion(...).through(forward)",
-                )
+                held = f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path"
+                raise FormatError(file, f"{held}; {_TAKES_A_MODEL}")
             task = task_of(_KINDS[kind], message, choices, topic=topic, at=read.samples[0].logged)
     return replace(task, path=file, notes=read.notes + task.notes, verdict=read.verdict)
+
+
+_TAKES_A_MODEL = (
+    "to turn them into one takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
+    "load_joint_motion(...).through(forward)"
+)
 
 
 def _joint_names(kind: str, message: Any) -> str:
@@ -219,15 +220,14 @@ def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> by
 
 def _written(folder: Path, file: str, messages: Sequence[TopicMessage]) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3; or a ROS 1 bag file."""
-    ros1 = folder.suffix.lower() == ".bag"
-    store = typestore(ros1)
-    if ros1:
-        opening = _import("rosbags.rosbag1").Writer(folder)
+    ending = folder.suffix.lower()
+    store = typestore(ending == ".bag")
+    if ending == ".bag":
+        opening, serialized = _import("rosbags.rosbag1").Writer(folder), store.serialize_ros1
     else:
-        rosbag2 = _import("rosbags.rosbag2")
-        plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
+        rosbag2, serialized = _import("rosbags.rosbag2"), store.serialize_cdr
+        plugin = rosbag2.StoragePlugin.SQLITE3 if ending == ".db3" else rosbag2.StoragePlugin.MCAP
         opening = rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin)
-    serialized = store.serialize_ros1 if ros1 else store.serialize_cdr
     with _damage(file, "cannot be written"), opening as bag:
         topics: dict[str, Any] = {}
         for one in messages:
@@ -258,13 +258,13 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
         types = {c.topic: c.msgtype for c in bag.connections}
         topic, name = _topic(types, choices.topic, tiers, file)
         raw, notes = _raw(bag, topic, name), bag.rescued
+        if not raw:
+            raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
         if name in (*RECORDED, JOINT_STATE):
-            _index(bag, raw, topic, name, 0, file)
             if choices.message is not None:
                 problem = f"{topic} is a recording of {len(raw)} messages, read as one path; leave --message out"
                 raise FormatError(file, problem)
-            fixed = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
-            raw = [pair for t in fixed if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
+            raw = [*_of_fixed_frames(bag, topic, name), *raw]
         else:
             if choices.message is None and len(raw) > 1:
                 notes += (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",)
@@ -272,6 +272,12 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
         samples = tuple(StampedMessage(at, bag.deserialize(data, name)) for at, data in raw)
         verdicts = [str(bag.deserialize(data, STRING).data) for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
     return BagTopic(topic, name, samples, notes, next(iter(verdicts), ""))
+
+
+def _of_fixed_frames(bag: Any, topic: str, name: str) -> list[tuple[int, bytes]]:
+    """The transforms on /tf_static that go with those on a topic."""
+    there = {c.topic for c in bag.connections if c.msgtype == name and name in TRANSFORMS} - {topic}
+    return [pair for fixed in sorted(there) if fixed.endswith("tf_static") for pair in _raw(bag, fixed, name)]
 
 
 @contextmanager
@@ -313,8 +319,6 @@ def _raw(bag: Any, topic: str, name: str) -> list[tuple[int, bytes]]:
 
 def _index(bag: Any, raw: Sequence[tuple[int, bytes]], topic: str, name: str, wanted: int | None, file: str) -> int:
     """Which of the messages on a topic is read."""
-    if not raw:
-        raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
     chosen = -1 if wanted is None else wanted
     if not -len(raw) <= chosen < len(raw):
         raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
@@ -341,18 +345,18 @@ def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequen
     what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
     if not topics:
         raise FormatError(file, "holds no topics; it may have been cut off before its first message")
-    rank = {name: i for i, names in enumerate(tiers) for name in names}
-    fits = {topic: name for topic, name in topics.items() if name in rank and not topic.endswith("tf_static")}
+    known = [name for names in tiers for name in names]
+    fits = {topic: name for topic, name in topics.items() if name in known and not topic.endswith("tf_static")}
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topics.get(topic) in rank:
+        if topics.get(topic) in known:
             return topic, topics[topic]
         is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
         raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
-    if not fits:
+    of_tiers = ([pair for pair in fits.items() if pair[1] in names] for names in tiers)
+    first = next(filter(None, of_tiers), [])
+    if not first:
         raise FormatError(file, f"no topic holds {what}; its topics are {_listed(topics)}")
-    best = min(rank[name] for name in fits.values())
-    first = [(topic, name) for topic, name in fits.items() if rank[name] == best]
     if len(first) > 1:
         raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {_listed(fits)}")
     return first[0]
@@ -505,16 +509,11 @@ def _followed(first: JointMotion, then: JointMotion) -> JointMotion:
         problem = f"moves {listing(first.names)}, then {listing(then.names)}; send the parts one by one"
         raise TrajectoryError(problem, key="trajectory")
     order = [then.names.index(name) for name in first.names]
-    fresh = slice(1 if np.allclose(first.positions[-1], then.positions[0][order], atol=1e-9) else 0, None)
+    positions, velocities = then.positions[:, order], None
+    fresh = slice(1 if np.allclose(first.positions[-1], positions[0], atol=1e-9) else 0, None)
     gap = max(float(np.diff(first.times).min()), 1e-6) if fresh.start == 0 else 0.0
-    times = then.times[fresh] - then.times[0] + first.times[-1] + gap
-    velocities = None
+    times = np.concatenate([first.times, then.times[fresh] - then.times[0] + first.times[-1] + gap])
     if first.velocities is not None and then.velocities is not None:
         velocities = np.concatenate([first.velocities, then.velocities[fresh][:, order]])
-    return JointMotion(
-        first.names,
-        np.concatenate([first.positions, then.positions[fresh][:, order]]),
-        np.concatenate([first.times, times]),
-        velocities,
-        first.frame,
-    )
+    places = np.concatenate([first.positions, positions[fresh]])
+    return JointMotion(first.names, places, times, velocities, first.frame)

@@ -6,7 +6,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, replace
 from hashlib import sha256
 from typing import Any
@@ -67,23 +67,16 @@ def _task(document: Mapping[str, Any], file: str) -> Task:
     others = {k: v for k, v in document.items() if k != "trajectory"}
     check_values(others, file)
     trajectory, notes = _trajectory(document, "trajectory", file)
-    carried = {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
-    scene = _scene(_only(others, SCENE_KEYS) | carried, file)
-    kept = {k: v for k, v in others.items() if k not in TASK_KEYS}
+    # A mission or a ROS message that ovita kept, not the user's own key of that name.
+    ours = [k for k, inner in _CARRIED.items() if isinstance(others.get(k), dict) and inner in others[k]]
+    scene = _scene(_only(others, (*SCENE_KEYS, *ours)), file)
+    kept = {k: v for k, v in others.items() if k not in (*TASK_KEYS, *ours)}
     robot, remarks = _named(others.get("robot"))
     if robot is not None:
         del kept["robot"]
     verdict = kept.pop(VERDICT) if isinstance(kept.get(VERDICT), str) else ""
-    return Task(
-        trajectory,
-        scene,
-        _instruction(others, file),
-        kept,
-        robot=robot,
-        notes=notes + remarks,
-        fixed_frame=_fixes_axes(scene),
-        verdict=verdict,
-    )
+    said: dict[str, Any] = {"notes": notes + remarks, "fixed_frame": bool(ours), "verdict": verdict}
+    return Task(trajectory, scene, _instruction(others, file), kept, robot=robot, **said)
 
 
 def _adaptation(document: Mapping[str, Any], file: str) -> Task:
@@ -92,16 +85,11 @@ def _adaptation(document: Mapping[str, Any], file: str) -> Task:
     trajectory, notes = _trajectory(document, "adapted", file)
     scene = _scene(_scene_part(document, file), file)
     robot, remarks = _robot_of_adaptation(document.get("robot"))
-    status = document.get("status")
-    return Task(
-        trajectory,
-        scene,
-        _instruction(document, file),
-        robot=robot if robot and robot.strip() else None,
-        notes=notes + remarks,
-        fixed_frame=_fixes_axes(scene),
-        verdict=f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else "",
-    )
+    status, fixed = document.get("status"), any(key in scene.extra for key in _CARRIED)
+    verdict = f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else ""
+    said: dict[str, Any] = {"notes": notes + remarks, "fixed_frame": fixed, "verdict": verdict}
+    name = robot if robot and robot.strip() else None
+    return Task(trajectory, scene, _instruction(document, file), robot=name, **said)
 
 
 def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
@@ -134,15 +122,14 @@ def document_of(
     extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The document of the public OVITA layout that `parse` turns back exactly."""
-    clash = [key for key in extra or {} if key in TASK_KEYS]
-    if clash:
-        raise ValueError(f"extra may not hold {clash[0]!r}, which the file already has")
+    for key in [key for key in extra or {} if key in TASK_KEYS]:
+        raise ValueError(f"extra may not hold {key!r}, which the file already has")
     document: dict[str, Any] = {"trajectory": trajectory_rows(trajectory), "instruction": instruction or ""}
     if trajectory.timestep != TIMESTEP:
         document["timestep"] = float(trajectory.timestep)
     surroundings = scene_dict(Scene() if scene is None else scene)
-    reserved = {"trajectory", "instruction", "timestep"}
-    return {**document, **{k: v for k, v in surroundings.items() if k not in reserved}, **plain(extra or {})}
+    around = {key: value for key, value in surroundings.items() if key not in ("trajectory", "instruction", "timestep")}
+    return {**document, **around, **plain(extra or {})}
 
 
 def dumps(document: Mapping[str, Any], file: str) -> str:
@@ -169,19 +156,19 @@ def parse_object(content: str, file: str) -> dict[str, Any]:
         raise FormatError(file, f"this is not JSON: {what} (line {error.lineno}, column {error.colno})") from None
     except _RepeatedKeyError as error:
         raise FormatError(file, "stands twice in one JSON object; keep one of the two", key=error.key) from None
-    except UnicodeEncodeError:
-        raise FormatError(
-            file, "a text holds half of a surrogate pair (\\ud800-\\udfff); write the character"
-        ) from None
-    except RecursionError:
-        raise FormatError(file, f"nested too deeply; ovita reads up to {MAX_DEPTH} levels") from None
-    except MemoryError:
-        raise FormatError(file, "the file is too large for the memory of this machine") from None
-    except ValueError:
-        raise FormatError(file, "a whole number in it has thousands of digits; shorten it") from None
+    except tuple(_UNREADABLE) as error:
+        raise FormatError(file, next(why for kind, why in _UNREADABLE.items() if isinstance(error, kind))) from None
     if not isinstance(document, dict):
         raise FormatError(file, f"the top level is {show(document)}, expected an object")
     return document
+
+
+_UNREADABLE: Mapping[type[Exception], str] = {
+    UnicodeEncodeError: "a text holds half of a surrogate pair (\\ud800-\\udfff); write the character",
+    RecursionError: f"nested too deeply; ovita reads up to {MAX_DEPTH} levels",
+    MemoryError: "the file is too large for the memory of this machine",
+    ValueError: "a whole number in it has thousands of digits; shorten it",
+}
 
 
 def check_values(document: Mapping[str, Any], file: str) -> None:
@@ -236,16 +223,6 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _only(document: Mapping[str, Any], keys: Collection[str]) -> dict[str, Any]:
     return {key: document[key] for key in keys if key in document}
-
-
-def _is_carried(document: Mapping[str, Any], key: str) -> bool:
-    """Whether a key was added by ovita for a mission or ROS message, not by the user."""
-    value = document.get(key)
-    return isinstance(value, dict) and _CARRIED[key] in value
-
-
-def _fixes_axes(scene: Scene) -> bool:
-    return any(key in scene.extra for key in _CARRIED)
 
 
 def _scene(document: Mapping[str, Any], file: str) -> Scene:
@@ -312,12 +289,11 @@ def _layout(value: Any, indent: str) -> str:
         return _compact(value)
     deeper = indent + " "
     if isinstance(value, dict):
-        return _short(value, indent) or _block(
-            "{}", [f"{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items()], indent
-        )
+        lines = (f"{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())
+        return _short(value, indent) or _block("{}", lines, indent)
     if is_table(value):
         return _lines(_compact(value), indent)
-    return _block("[]", [_layout(item, deeper) for item in value], indent)
+    return _block("[]", (_layout(item, deeper) for item in value), indent)
 
 
 def _short(value: dict[str, Any], indent: str) -> str:
@@ -327,7 +303,7 @@ def _short(value: dict[str, Any], indent: str) -> str:
     return line if len(line) <= _LINE else ""
 
 
-def _block(brackets: str, lines: list[str], indent: str) -> str:
+def _block(brackets: str, lines: Iterable[str], indent: str) -> str:
     return f"{brackets[0]}\n{indent} " + f",\n{indent} ".join(lines) + f"\n{indent}{brackets[1]}"
 
 

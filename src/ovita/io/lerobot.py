@@ -54,10 +54,8 @@ def episode(folder: str | os.PathLike[str], number: int | None = None) -> Task:
         FormatError: As `episodes` does, or if there is no such episode.
         MissingExtra: If pyarrow is not installed.
     """
-    file = file_name(folder)
-    count = validated(
-        int, _info(folder).get("total_episodes"), file_name(os.path.join(folder, *DATA_SET_INFO)), "total_episodes"
-    )
+    file, info = file_name(folder), file_name(os.path.join(folder, *DATA_SET_INFO))
+    count = validated(int, _info(folder).get("total_episodes"), info, "total_episodes")
     chosen = -1 if number is None else number
     if not -count <= chosen < count:
         raise FormatError(file, f"there is no episode {chosen}; it holds {counted(count, 'episode')}, counted from 0")
@@ -83,12 +81,11 @@ def _read(folder: str | os.PathLike[str], only: int | None) -> list[Task]:
     tasks = []
     for mine in np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1):
         number = int(numbers[mine[0]])
-        columns = _columns(rows[mine], names)
-        step = None
-        if "speed" in columns:
-            step = float(np.median(np.diff(times[mine]))) if len(mine) > 1 else None
-        else:
+        columns, step = _columns(rows[mine], names), None
+        if "speed" not in columns:
             columns["t"] = times[mine] - times[mine][0]
+        elif len(mine) > 1:
+            step = float(np.median(np.diff(times[mine])))
         place = f"{file}: episode {number}"
         scene, robot = around.get(number, (Scene(), None))
         with errors_of(place):

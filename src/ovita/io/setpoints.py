@@ -187,8 +187,7 @@ class Pilot:
 
     def _get_ready(self, takeoff: bool) -> None:
         """Learn where the vehicle is, and check that it may start; nothing was commanded until here."""
-        interval = 1e6 / self.course.rate
-        request = self._command_long(_INTERVAL, float(_POSITION_ID), interval)
+        request = self.vehicle.command(_INTERVAL, _POSITION_ID, 1e6 / self.course.rate)
         end = self.vehicle.now() + self.vehicle.address.timeout
         while self._place is None or self._mode < 0:
             if self.vehicle.now() > end:
@@ -216,7 +215,7 @@ class Pilot:
         self._asked = True
         self._switch("fly")
         self._led = True
-        self._command(self._command_long(_ARM, 1.0), lambda: self._armed > 0, "arming")
+        self._command(self.vehicle.command(_ARM, 1.0), lambda: self._armed > 0, "arming")
         if takeoff:
             self._climb()
 
@@ -227,7 +226,7 @@ class Pilot:
         if height <= _SETTLED:
             return
         if self.vehicle.autopilot == ARDUPILOT:
-            self.vehicle.send(self._command_long(_TAKEOFF, 0, 0, 0, 0, 0, 0, height))
+            self.vehicle.send(self.vehicle.command(_TAKEOFF, 0, 0, 0, 0, 0, 0, height))
         began, lasts = self.vehicle.now(), height / CLIMB
         while self.vehicle.now() < began + lasts + 2.0 * SILENCE:
             share = min((self.vehicle.now() - began) / lasts, 1.0)
@@ -324,7 +323,7 @@ class Pilot:
         main, sub = _MODES[self.vehicle.autopilot][mode]
         wanted = self._number(mode)
         name = {"fly": "OFFBOARD" if self.vehicle.autopilot == _PX4 else "GUIDED"}.get(mode, mode.upper())
-        self._command(self._command_long(_SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}")
+        self._command(self.vehicle.command(_SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}")
 
     def _number(self, mode: str) -> int:
         """How a heartbeat gives a mode."""
@@ -347,8 +346,3 @@ class Pilot:
                     entry = self.vehicle.dialect.enums["MAV_RESULT"].get(result)
                     raise LinkError(f"the vehicle refused {what} ({entry.name if entry else result})")
         raise LinkError(f"the vehicle did not take {what}")
-
-    def _command_long(self, command: int, *params: float) -> Any:
-        values = [float(value) for value in params] + [0.0] * (7 - len(params))
-        target = self.vehicle.system, self.vehicle.component
-        return self.vehicle.dialect.MAVLink_command_long_message(*target, command, 0, *values)

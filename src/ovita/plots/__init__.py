@@ -48,9 +48,7 @@ def card(title: str, verdict: str, sections: Mapping[str, Sequence[str]], pictur
         picture: Or None where there is none.
     """
     told = "".join(_section(heading, lines) for heading, lines in sections.items() if lines)
-    image = (
-        "" if picture is None else f'<div><img width="{WIDTH}" alt="before and after" src="{_embedded(picture)}"></div>'
-    )
+    image = _embedded(picture) if picture is not None else ""
     return (
         f'<div style="{_STYLE}"><div><b>{escape(title)}</b></div><div>{escape(verdict)}</div>'
         f'<div style="{_COLUMNS}">{image}<div style="flex:1;min-width:260px">{told}</div></div></div>'
@@ -65,4 +63,5 @@ def _section(heading: str, lines: Sequence[str]) -> str:
 def _embedded(picture: Figure) -> str:
     stream = io.BytesIO()
     picture.savefig(stream, format="png", dpi=100)
-    return "data:image/png;base64," + b64encode(stream.getvalue()).decode()
+    data = b64encode(stream.getvalue()).decode()
+    return f'<div><img width="{WIDTH}" alt="before and after" src="data:image/png;base64,{data}"></div>'

@@ -41,7 +41,15 @@ SHARE, SLOW = 0.5, 0.25
 RAMP = 0.15
 """Share of the path on which it comes up to speed, and comes to rest."""
 
-PLANNERS = ("limits", "rrt_connect", "rrt_star", "mpc", "joint")
+_HOMES = {
+    "limits": "planner:LimitsPlanner",
+    "rrt_connect": "sampling:SamplingPlanner",
+    "rrt_star": "sampling:SamplingPlanner",
+    "mpc": "mpc:TrackingPlanner",
+    "joint": "joints:JointPlanner",
+}
+
+PLANNERS = tuple(_HOMES)
 
 Progress = Callable[[str], None]
 
@@ -218,15 +226,6 @@ def planner_named(name: str) -> Planner:
         known = (*PLANNERS, *plugins.entries("planners"))
         raise RequestError(f"there is no planner {name!r}; the planners are {', '.join(known)}")
     return found
-
-
-_HOMES = {
-    "limits": "planner:LimitsPlanner",
-    "rrt_connect": "sampling:SamplingPlanner",
-    "rrt_star": "sampling:SamplingPlanner",
-    "mpc": "mpc:TrackingPlanner",
-    "joint": "joints:JointPlanner",
-}
 
 
 @called_as('plan(scene, start="box", goal=[0.4, 0.2, 0.3], robot="arm")')

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -208,19 +208,13 @@ class Skill:
             raise RequestError(f"a path of {counted(waypoints, 'waypoint')} leads nowhere; ask for 2 or more")
         shown = self._shown(np.linspace(0.0, 1.0, waypoints or len(self.speeds)), scene, asked)
         placed = [one if one.phase is not None else replace(one, phase=_likeliest(one, shown)) for one in asked]
-        phases = _with(shown.phases, [one.phase for one in placed if one.phase is not None])
-        shown = self._shown(phases, scene, asked)
-        vias = [_via(one, shown) for one in placed]
-        reached = self._through(shown, vias)
-        return GeneratedPath(
-            self._trajectory(reached),
-            None if self.kind == "dmp" else reached.covariance,
-            scene,
-            self._unusual(placed, shown),
-            self._missed(placed, reached),
-            asked=np.array([one.position for one in placed]).reshape(-1, 3),
-            within=max(REACHED * self.size, 0.005),
-        )
+        shown = self._shown(_with(shown.phases, placed), scene, asked)
+        reached = self._through(shown, [_via(one, shown) for one in placed])
+        covariance = None if self.kind == "dmp" else reached.covariance
+        said = self._unusual(placed, shown), self._missed(placed, reached)
+        places = np.array([one.position for one in placed]).reshape(-1, 3)
+        near: dict[str, Any] = {"asked": places, "within": max(REACHED * self.size, 0.005)}
+        return GeneratedPath(self._trajectory(reached), covariance, scene, *said, **near)
 
     def _shown(self, phases: Array, scene: Scene, asked: Sequence[_AskedPlace]) -> PathDistribution:
         """What was shown at some phases, around a scene's objects, before any place is asked for."""
@@ -263,10 +257,7 @@ class Skill:
         if not vias:
             return shown
         if isinstance(self.model, Dmp):
-            ends = self._moved(np.array([0.0, 1.0]))
-            start, goal = (_value(vias, phase, away) for phase, away in zip((0.0, 1.0), ends, strict=True))
-            start = self.model.start if start is None else start
-            goal = self.model.goal if goal is None else goal
+            start, goal = (_value(vias, phase, self._moved(np.array([phase]))[0]) for phase in (0.0, 1.0))
             mean = self.model.generated(shown.phases, start, goal) + self._moved(shown.phases)
             return replace(shown, mean=mean)
         if isinstance(self.model, Promp):
@@ -291,24 +282,18 @@ class Skill:
         for one in placed:
             if self.kind == "dmp" or one.what in self.frames:
                 continue  # it has no variance; or its task frames say where it starts and ends
-            i = _slot(shown.phases, one)
-            away, deviations = _away(one.position, shown)
-            if deviations[i] > OUTSIDE:
-                said.append(
-                    f"{one.named} lies outside what was shown: {length(away[i])} from the mean there, "
-                    f"{deviations[i]:.0f} standard deviations"
-                )
+            away, deviations = (rows[_slot(shown.phases, one)] for rows in _away(one.position, shown))
+            if deviations > OUTSIDE:
+                far = f"{length(away)} from the mean there, {deviations:.0f} standard deviations"
+                said.append(f"{one.named} lies outside what was shown: {far}")
         return tuple(said)
 
     def _missed(self, placed: Sequence[_AskedPlace], reached: PathDistribution) -> tuple[str, ...]:
         """Which places the path does not reach, each a sentence."""
         gaps = [float(np.linalg.norm(reached.mean[_slot(reached.phases, one), :3] - one.position)) for one in placed]
         why = "; a promp stays within what its demonstrations span, a kmp does not" if self.kind == "promp" else ""
-        return tuple(
-            f"{one.named} is missed by {length(gap)}{why}"
-            for one, gap in zip(placed, gaps, strict=True)
-            if gap > REACHED * self.size
-        )
+        missed = [(one, gap) for one, gap in zip(placed, gaps, strict=True) if gap > REACHED * self.size]
+        return tuple(f"{one.named} is missed by {length(gap)}{why}" for one, gap in missed)
 
     def base(self) -> Array | None:
         """The orientation (4,) that rotations of the mean are about around the objects as shown, or None."""
@@ -435,15 +420,14 @@ def _slot(phases: Array, asked: _AskedPlace) -> int:
     return int(np.argmin(np.abs(phases - (0.0 if asked.phase is None else asked.phase))))
 
 
-def _with(phases: Array, wanted: Sequence[float]) -> Array:
-    """Phases of which the nearest ones are replaced by those that are wanted."""
-    slots = [int(np.argmin(np.abs(phases - phase))) for phase in wanted]
+def _with(phases: Array, placed: Sequence[_AskedPlace]) -> Array:
+    """Phases of which the nearest ones are replaced by those of places."""
+    slots = [_slot(phases, one) for one in placed]
     if len(set(slots)) < len(slots):
-        raise RequestError(
-            "two places are asked for at nearly the same phase; move them apart or ask for more waypoints"
-        )
+        problem = "two places are asked for at nearly the same phase"
+        raise RequestError(f"{problem}; move them apart or ask for more waypoints")
     exact = phases.copy()
-    exact[slots] = wanted
+    exact[slots] = [one.phase for one in placed]
     if (np.diff(exact) <= 0).any() or exact[0] != 0.0 or exact[-1] != 1.0:
         raise RequestError("a via-point lies too near to an end; move it or ask for more waypoints")
     return exact
