@@ -8,17 +8,7 @@ from typing import Any
 import click
 from click import option
 
-from ovita.cli.common import (
-    EXIT_NOTHING,
-    FRAMES,
-    check_writable,
-    names_in,
-    say,
-    section,
-    show_notes,
-    shown,
-    waiting,
-)
+from ovita.cli.common import EXIT_NOTHING, FRAMES, check_writable, names_in, say, section, show_notes, shown, waiting
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps

@@ -17,27 +17,7 @@ from typing import Any
 import click
 from click import option
 
-from ovita.cli.common import (
-    BASE_URL,
-    ISOLATION,
-    LABELS,
-    WRITER,
-    constraints_from,
-    in_frame,
-    literal,
-    notes_on,
-    notes_on_writer,
-    plain,
-    robot_from,
-    say,
-    shared,
-    show,
-    show_notes,
-    shown,
-    task_at,
-    waiting,
-    writer_from,
-)
+from ovita.cli import common
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
 from ovita.io import WRITTEN, Task, load_bare, load_robot, save_trajectory, writable
@@ -73,7 +53,7 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 @click.argument("file", metavar="FILE")
 @option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
 @option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
-@shared
+@common.shared
 def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say.
 
@@ -82,30 +62,36 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
     bare = load_bare(file) if options["scene_file"] is None else None
-    task = task_at(file, options) if bare is None else replace(bare, scene=in_frame(bare.scene, options["frame"]))
+    task = (
+        common.task_at(file, options)
+        if bare is None
+        else replace(bare, scene=common.in_frame(bare.scene, options["frame"]))
+    )
     session = _opened(task, journal, options)
     keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
     if resume:
         session = _resumed(session, keeper)
     names = ", ".join(task.scene.names) or "none"
     held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
-    say(f"{file}: {held}; objects: {names}.")
-    show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
+    common.say(f"{file}: {held}; objects: {names}.")
+    common.show_notes((*common.notes_on(task, options["robot"]), *common.notes_on_writer(session.writer)))
     click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
     if keeper is not None and keeper.earlier is not None and not resume:
         click.echo("An earlier talk about this file is kept; /resume goes on with it.")
     session = _talked(session, keeper)
     if keeper is not None and session.kept:
-        say(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume")
+        common.say(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume")
 
 
 def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session:
     """A conversation about a task, or the one that a journal holds."""
-    robot, writer = robot_from(task, options["robot"], options["max_speed"]), writer_from(options)
-    session = Session(task.trajectory, task.scene, robot, writer, constraints_from(options), options["isolation"])
+    robot, writer = common.robot_from(task, options["robot"], options["max_speed"]), common.writer_from(options)
+    session = Session(
+        task.trajectory, task.scene, robot, writer, common.constraints_from(options), options["isolation"]
+    )
     if journal and os.path.exists(journal):
         session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
-        say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
+        common.say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
     elif journal:
         session.keep(journal)
     return session
@@ -123,7 +109,7 @@ def _talked(session: Session, keeper: Keeper | None) -> Session:
             if keeper is not None:
                 keeper.keep(session)
         except OvitaError as error:
-            click.echo(f"error: {plain(str(error))}")
+            click.echo(f"error: {common.plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
     return session
@@ -140,7 +126,7 @@ def _resumed(session: Session, keeper: Keeper | None) -> Session:
     if session.steps:
         raise RequestError("this talk has begun; end it with /quit, and go on with the last one by --resume")
     found = Session.resume(str(keeper.earlier), writer=session.writer, isolation=session.isolation)
-    say(f"{counted(len(found.steps), 'turn')} so far; /history lists them.")
+    common.say(f"{counted(len(found.steps), 'turn')} so far; /history lists them.")
     return found
 
 
@@ -156,7 +142,7 @@ def _obey(session: Session, line: str) -> bool:
     if word in ("quit", "exit", "q"):
         return False
     if word in _WORDS:
-        say(_WORDS[word](session))
+        common.say(_WORDS[word](session))
     elif word in _DEEDS:
         _DEEDS[word](session, rest.strip())
     else:
@@ -167,12 +153,12 @@ def _obey(session: Session, line: str) -> bool:
 
 
 def _say(session: Session, text: str, on: FeedbackOn) -> None:
-    with waiting("writing a policy") as tell:
+    with common.waiting("writing a policy") as tell:
         result = begun(session, text, progress=tell) if session.bare else session.say(text, on=on, progress=tell)
     if result.writer.kind == "feedback":
-        say(result.message)
+        common.say(result.message)
     else:
-        show(result)
+        common.show(result)
     if session.pending is not None:
         click.echo('Say "yes" to do it, "no", or what is different, such as "no, 10 cm".')
 
@@ -181,7 +167,7 @@ def _set(session: Session, rest: str) -> None:
     name, equals, value = rest.partition("=")
     if not equals:
         raise RequestError("turn a knob like this: /set left=0.3")
-    show(session.tune({name.strip(): literal(value)}))
+    common.show(session.tune({name.strip(): common.literal(value)}))
 
 
 def _undo(session: Session) -> str:
@@ -191,7 +177,7 @@ def _undo(session: Session) -> str:
 
 def _history(session: Session) -> str:
     turns = enumerate(session.steps, start=1)
-    lines = [f"{i}. on {t.feedback_on}: {t.said}  [{LABELS[t.adaptation.status]}]" for i, t in turns]
+    lines = [f"{i}. on {t.feedback_on}: {t.said}  [{common.LABELS[t.adaptation.status]}]" for i, t in turns]
     return "\n".join(lines) or "Nothing was said yet."
 
 
@@ -221,7 +207,7 @@ def _save(session: Session, rest: str) -> None:
     elif writable(path):
         verdict = getattr(session.adaptation, "verdict", "")
         lost = save_trajectory(path, session.current, session.scene, verdict=verdict)
-        say(*(f"note: {note}" for note in lost))
+        common.say(*(f"note: {note}" for note in lost))
     else:
         raise RequestError(f"{path}: results are saved as .json, trajectories as {', '.join(WRITTEN[1:])}")
     click.echo(f"wrote {path}")
@@ -242,7 +228,7 @@ _WORDS: dict[str, Callable[[Session], str]] = {
 _DEEDS: dict[str, Callable[[Session, str], None]] = {
     "original": lambda session, rest: _say(session, rest, "original"),
     "current": lambda session, rest: _say(session, rest, "current"),
-    "accept": lambda session, rest: show(session.accept()),
+    "accept": lambda session, rest: common.show(session.accept()),
     "set": _set,
     "plot": _plot,
     "save": _save,
@@ -363,11 +349,7 @@ def _files(text: str) -> list[str]:
 
 
 class Keeper:
-    """Keeps the talk about a file in a journal of its own from its first turn on, and knows the talk before it.
-
-    Args:
-        file: That is talked about.
-    """
+    """Keeps the talk about a file in a journal of its own from its first turn on, and knows the talk before it."""
 
     def __init__(self, file: str) -> None:
         place = os.path.realpath(file)
@@ -392,8 +374,8 @@ class Keeper:
 
 @click.command()
 @click.argument("files", metavar="[FILE|FOLDER]...", nargs=-1)
-@shown("--host", default="127.0.0.1", help="Address to listen on.")
-@shown("--port", type=click.IntRange(0, 65535), default=8765, help="0 takes any free one.")
+@common.shown("--host", default="127.0.0.1", help="Address to listen on.")
+@common.shown("--port", type=click.IntRange(0, 65535), default=8765, help="0 takes any free one.")
 @option(
     "--token",
     default="",
@@ -401,11 +383,11 @@ class Keeper:
     metavar="TEXT",
     help="What a browser must bring; 'auto' makes one. Needed where other machines can reach the studio.",
 )
-@WRITER
-@BASE_URL
+@common.WRITER
+@common.BASE_URL
 @option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
 @option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
-@ISOLATION
+@common.ISOLATION
 def studio(
     files: tuple[str, ...], host: str, port: int, token: str, robot: str | None, sessions: Path | None, **options: Any
 ) -> None:
@@ -416,7 +398,7 @@ def studio(
     template = Session(
         Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),
         robot=load_robot(robot or "none"),
-        writer=writer_from(options),
+        writer=common.writer_from(options),
         isolation=known_isolation(options["isolation"]),
     )
     server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))

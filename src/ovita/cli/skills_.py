@@ -11,21 +11,7 @@ import click
 from click import option
 
 from ovita.chain import enforced
-from ovita.cli.common import (
-    EXIT_OF,
-    FRAMES,
-    choices_from,
-    constraints_from,
-    in_frame,
-    names_in,
-    pick,
-    say,
-    show_notes,
-    shown,
-    slowed,
-    source,
-    writer_from,
-)
+from ovita.cli import common
 from ovita.errors import RequestError
 from ovita.io import load_robot, load_scene, save_task
 from ovita.limits import ConstraintOptions
@@ -45,16 +31,16 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("demos", metavar="DEMOS...", nargs=-1, required=True)
 @option("--out", "-o", required=True, metavar="FILE", help="Where to write the skill (JSON).")
-@shown("--kind", type=click.Choice(KINDS), default="kmp", help="What is learned; see below.")
+@common.shown("--kind", type=click.Choice(KINDS), default="kmp", help="What is learned; see below.")
 @option(
     "--frames",
     default="",
     metavar="NAMES",
     help="Objects, or start and goal, that the movement is relative to: cup,plate (kmp, tpgmm).",
 )
-@pick("--align", "dtw arc_length time", "How moments of the demonstrations are matched.")
-@shown("--components", type=click.IntRange(1, 100), default=8, help="Gaussians of a tpgmm.")
-@source
+@common.pick("--align", "dtw arc_length time", "How moments of the demonstrations are matched.")
+@common.shown("--components", type=click.IntRange(1, 100), default=8, help="Gaussians of a tpgmm.")
+@common.source
 def learn(
     demos: tuple[str, ...], out: str, kind: SkillKind, frames: str, align: Any, components: int, **options: Any
 ) -> None:
@@ -66,16 +52,18 @@ def learn(
     dmp    one movement between any two ends, without a variance; one demonstration is enough
     tpgmm  weighs what several task frames say, so that it follows objects that moved
     """  # noqa: D301
-    choices = choices_from(options)
+    choices = common.choices_from(options)
     tasks = read_demonstrations(demos, scene_file=options["scene_file"], frame=options["frame"], choices=choices)
-    skill = learn_skill(tasks, kind, frames=names_in(frames), align=align, components=components)
+    skill = learn_skill(tasks, kind, frames=common.names_in(frames), align=align, components=components)
     skill.save(out)
     around = f", relative to {', '.join(skill.frames)}" if skill.frames else ""
-    say(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}")
-    show_notes(skill.notes)
+    common.say(f"Learned a {kind} from {counted(skill.shown, 'demonstration')}{around}: {spread(skill)}")
+    common.show_notes(skill.notes)
     if options["frame"] is None:
         frame = tasks[0].scene.frame
-        show_notes([f"taken to be in the frame {frame.name} ({frame.describe()}); another is named with --frame"])
+        common.show_notes(
+            [f"taken to be in the frame {frame.name} ({frame.describe()}); another is named with --frame"]
+        )
     click.echo(f"wrote {out}")
 
 
@@ -100,9 +88,9 @@ def spread(skill: Skill) -> str:
     help="Pass through a place at a phase between 0 and 1: '0.5: cup'; without a phase, where it is least unusual.",
 )
 @option("--scene", "scene_file", metavar="FILE", help="Where the objects are now. [where they were shown]")
-@option("--frame", type=FRAMES, help="Which way is left in PLACE. [the one that the skill was learned in]")
+@option("--frame", type=common.FRAMES, help="Which way is left in PLACE. [the one that the skill was learned in]")
 @option("--waypoints", type=click.IntRange(2, 10000), metavar="N", help="Number of waypoints. [101]")
-@shown("--robot", default="none", metavar="NAME|FILE", help="Limits, as for ovita adapt.")
+@common.shown("--robot", default="none", metavar="NAME|FILE", help="Limits, as for ovita adapt.")
 @option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's.")
 @option("--repair", is_flag=True, help="Move and slow the path to keep the limits, not only measure them.")
 @option("--no-obstacles", is_flag=True, help="Objects are no obstacles.")
@@ -115,7 +103,7 @@ def generate(file: str, robot: str, repair: bool, out: str | None, as_json: bool
     5 where one of them is broken, or where --repair had to change the path, 4 where they cannot all be kept. If a place
     is not reached, which can happen to a promp or by --repair, that is said and the exit code is 6.
     """
-    limits = slowed(load_robot(robot), options["max_speed"])
+    limits = common.slowed(load_robot(robot), options["max_speed"])
     skill = Skill.load(file)
     asked = skill.generate(
         options["start"],
@@ -136,14 +124,16 @@ def generate(file: str, robot: str, repair: bool, out: str | None, as_json: bool
         _tell(made, (*skill.notes, *made.notes, *lost), repaired=repair)
         if out:
             click.echo(f"wrote {out}")
-    raise SystemExit(EXIT_OF["not_as_meant" if made.missed else judged.status])
+    raise SystemExit(common.EXIT_OF["not_as_meant" if made.missed else judged.status])
 
 
 def _tell(made: GeneratedPath, notes: Sequence[str], *, repaired: bool) -> None:
     path = made.trajectory
     click.echo(f"{counted(len(path), 'waypoint')}, {length(path.length)} in {path.duration:.1f} s")
-    show_notes(notes)
-    say(*(f"not as meant: {text}" for text in made.missed), *(f"limits: {text}" for text in made.broken), err=True)
+    common.show_notes(notes)
+    common.say(
+        *(f"not as meant: {text}" for text in made.missed), *(f"limits: {text}" for text in made.broken), err=True
+    )
     if made.broken and not repaired:
         click.echo("Nothing was changed for the limits; --repair keeps them.", err=True)
 
@@ -166,7 +156,7 @@ def _scene_of(skill: Skill, scene_file: str | None, frame: str | None) -> Scene:
     """
     scene, stated = (skill.scene, "") if scene_file is None else load_scene(scene_file)
     if frame is not None:
-        return in_frame(scene, frame)
+        return common.in_frame(scene, frame)
     if stated and scene.frame != skill.scene.frame:
         frames = f"is in the frame {scene.frame.name}, the skill in {skill.scene.frame.name}"
         raise RequestError(f"{scene_file} {frames}; give them the same, or say by --frame which one counts")
@@ -193,9 +183,9 @@ def adapt_file(file: str, instruction: str, on: FeedbackOn, outputs: Outputs, op
         skill,
         instruction,
         on=on,
-        robot=slowed(load_robot(options["robot"] or "none"), options["max_speed"]),
-        writer=writer_from(options),
-        constraints=constraints_from(options),
+        robot=common.slowed(load_robot(options["robot"] or "none"), options["max_speed"]),
+        writer=common.writer_from(options),
+        constraints=common.constraints_from(options),
         accepting=outputs.accepting,
     )
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()

@@ -12,20 +12,8 @@ from typing import Any
 import click
 from click import option
 
-from ovita.cli.common import (
-    EXIT_REFUSED,
-    FRAMES,
-    HEADING,
-    choices_from,
-    plain,
-    say,
-    section,
-    show_notes,
-    shown,
-    source,
-    task_at,
-    waiting,
-)
+from ovita.cli import common
+from ovita.cli.common import shown
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
@@ -50,8 +38,8 @@ _TAKEOFF = option("--takeoff", is_flag=True, help="Begin a mission that has no t
 @click.command(epilog=_ENDINGS)
 @click.argument("file", metavar="IN")
 @click.argument("out", metavar="OUT")
-@source
-@option("--to-frame", type=FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
+@common.source
+@option("--to-frame", type=common.FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
 @option("--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message of OUT. [that of IN, else path]")
 @option("--to-topic", metavar="NAME", help="Topic of OUT. [that of IN, else /path]")
 @option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
@@ -68,15 +56,17 @@ def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kin
     arm = ArmChoice.taken(options)
     if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
-    choices = choices_from(options | {"kind": kind})
+    choices = common.choices_from(options | {"kind": kind})
     in_joints = kind == "joints"
     of_a_tip = arm.arm is not None and not in_joints
-    task = tool_task(file, arm, choices, options["frame"]) if of_a_tip else task_at(file, options | {"kind": kind})
+    task = (
+        tool_task(file, arm, choices, options["frame"]) if of_a_tip else common.task_at(file, options | {"kind": kind})
+    )
     if in_joints:
         motion, said = joints_of(task.trajectory, task.scene, arm)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))
-        show_notes((*task.notes, *said))
-        say(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}")
+        common.show_notes((*task.notes, *said))
+        common.say(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}")
         return
     if to_frame is not None:
         target = Frame(to_frame)
@@ -84,12 +74,12 @@ def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kin
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     _only_for_drones(out, task.scene, choices)
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
+    common.show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
     path, frame = task.trajectory, task.scene.frame
     flown = flight_of(path, task.scene, choices)[0] if is_mission(out, task.scene) else path
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
-    say(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {flown.duration:.3f} s{axes}")
+    common.say(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {flown.duration:.3f} s{axes}")
 
 
 def _only_for_drones(place: str, scene: Scene, choices: Choices) -> None:
@@ -128,7 +118,7 @@ def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
 @option("--to", "place", required=True, metavar="PLACE", help="ros2:/topic, mavlink:udp:HOST:PORT, or a file.")
 @option("--robot", metavar="NAME|FILE", help="Whose limits to verify against. [the result's]")
 @option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the result's]")
-@HEADING
+@common.HEADING
 @option("--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message. [that of the source, else path]")
 @arm_options
 @option("--topic", metavar="NAME", help="Topic of a bag. [that of the source, else /path]")
@@ -152,7 +142,7 @@ def send(
     ros2:/CONTROLLER/follow_joint_trajectory is followed to its end; Ctrl-C cancels it.
     """
     in_joints, arm = options["kind"] == "joints", ArmChoice.taken(options)
-    choices = choices_from(options)
+    choices = common.choices_from(options)
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
@@ -166,7 +156,7 @@ def send(
     about = {"result": os.path.abspath(file)}
     if not found.released:
         refuse(found, place, journal, about)
-        raise SystemExit(EXIT_REFUSED)
+        raise SystemExit(common.EXIT_REFUSED)
     result, motion = found.result, None
     if in_joints:
         motion = _as_joints(found, place, arm, journal, about)
@@ -181,18 +171,18 @@ def send(
         still_there(motion, arm, place)
 
     def told(text: str) -> None:
-        say(f"  {text}", err=True)
+        common.say(f"  {text}", err=True)
 
-    with waiting(f"sending to {place}"):
+    with common.waiting(f"sending to {place}"):
         receipt = release(found, place, journal, about, choices=choices, motion=motion, told=told)
-    show_notes(note for note in receipt.notes if note not in found.cautions)
-    say(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}")
+    common.show_notes(note for note in receipt.notes if note not in found.cautions)
+    common.say(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}")
 
 
 def _confirm(place: str) -> None:
     if not sys.stdin.isatty():
         raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
-    click.confirm(plain(f"\nSend it to {place}?"), abort=True)
+    click.confirm(common.plain(f"\nSend it to {place}?"), abort=True)
 
 
 def _as_joints(found: Review, place: str, arm: ArmChoice, journal: str, about: Mapping[str, Any]) -> JointMotion:
@@ -204,9 +194,9 @@ def _as_joints(found: Review, place: str, arm: ArmChoice, journal: str, about: M
         if arm.arm is None or arm.base is None:
             raise
         refuse(found, place, journal, about, [str(error)])
-        section(f"Refused, it does not go to {place}", [str(error)])
-        raise SystemExit(EXIT_REFUSED) from None
-    section(f"Simulated with {arm.arm}", said)
+        common.section(f"Refused, it does not go to {place}", [str(error)])
+        raise SystemExit(common.EXIT_REFUSED) from None
+    common.section(f"Simulated with {arm.arm}", said)
     return motion
 
 
@@ -219,7 +209,7 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
     if name is None:
         known = ", ".join(sim.STAND_INS)
         raise RequestError(f"--simulate needs a model of {limits.name!r}: --arm NAME|FILE, one of {known}")
-    with waiting("simulating"):
+    with common.waiting("simulating"):
         done = sim.simulate(result.adapted, result.scene, name, base=stood, limits=limits, contacts=result.contacts)
     # The first sentence says where the robot stood.
     status, said = done.report.status, done.report.sentences()[1:]
@@ -228,12 +218,12 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
 
 def _show(found: Review, place: str) -> None:
     """Print limits, verdict, changes and what speaks against it."""
-    say(found.result.instruction)
+    common.say(found.result.instruction)
     sections = found.sections()
     click.echo("\n".join(sections.pop("Path")))
     for title, lines in sections.items():
-        section(title, lines)
-    section(f"Refused, it does not go to {place}", found.refusals)
+        common.section(title, lines)
+    common.section(f"Refused, it does not go to {place}", found.refusals)
 
 
 @click.group()
@@ -256,19 +246,19 @@ def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
         return
     for event in ledger.events()[-last:]:
         shown = {key: value for key, value in event.items() if key != PREVIOUS}
-        say(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown))
+        common.say(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown))
 
 
 def _verify(ledger: Ledger) -> None:
     """Print what is wrong with a log; a fault ends the command."""
     found = ledger.check()
     earlier = found.lines - found.chained
-    say(*(f"{ledger.path}: {fault}" for fault in found.faults))
+    common.say(*(f"{ledger.path}: {fault}" for fault in found.faults))
     if earlier:
         click.echo(f"{earlier} lines at the beginning are from an earlier version and bear no hashes")
     if found.faults:
-        raise SystemExit(EXIT_REFUSED)
-    say(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}")
+        raise SystemExit(common.EXIT_REFUSED)
+    common.say(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}")
 
 
 def _in_words(event: Mapping[str, Any]) -> str:
@@ -291,7 +281,7 @@ def _in_words(event: Mapping[str, Any]) -> str:
 def key(name: str) -> None:
     """Make a key pair: NAME.key, which signs and stays with you, and NAME.pub, which the gate verifies with."""
     secret, public = make_keys(name)
-    say(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})")
+    common.say(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})")
 
 
 @gate.command()
@@ -301,8 +291,8 @@ def sign(file: str, key_file: str) -> None:
     """Sign RESULT.json, a result that the gate lets through (exit code 4 if it does not)."""
     found = review(file, trusted=())
     if not found.released:
-        section("Refused, it is not signed", found.refusals)
-        raise SystemExit(EXIT_REFUSED)
+        common.section("Refused, it is not signed", found.refusals)
+        raise SystemExit(common.EXIT_REFUSED)
     document = signed(load_document(file), key_file)
     save_document(file, document)
-    say(f"signed {file} with the key {document[SIGNATURE]['signer']}")
+    common.say(f"signed {file} with the key {document[SIGNATURE]['signer']}")

@@ -228,11 +228,8 @@ def _excerpt(task: Task, choices: Choices) -> Task:
 def with_scene(task: Task, scene: Scene, stated: bool = True, frame: str | None = None) -> Task:
     """The task with the objects of another scene; what its own keeps of a bag or a mission stays.
 
-    Args:
-        task: Whose waypoints are turned into the scene's frame where their format fixes their axes.
-        scene: With the objects.
-        stated: Whether the scene states its frame; if not, it is taken to be in `frame`, or that of the waypoints.
-        frame: A frame's name, or None.
+    Waypoints whose format fixes their axes are turned into the scene's frame. A scene that has not `stated` its frame
+    is taken to be in `frame`, or in that of the waypoints.
     """
     if not task.fixed_frame:
         return replace(task, scene=scene)

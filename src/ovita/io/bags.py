@@ -16,26 +16,10 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, OvitaError, RequestError, TrajectoryError, needs
+from ovita.io import messages as ros
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix, system_errors
 from ovita.io.geodesy import MISSION, ROS, on_earth
-from ovita.io.messages import (
-    BODY,
-    FRAME_ID,
-    JOINTS,
-    TYPES,
-    JointMotion,
-    Maker,
-    TopicMessage,
-    build,
-    build_joints,
-    frame_of,
-    listed_names,
-    parse,
-    parse_joints,
-    stamp_ns,
-    typestore,
-)
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
 from ovita.io.waypoints import excerpt
 from ovita.paths.scene import Frame, Scene, transformed
@@ -50,12 +34,12 @@ VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 ROBOT_PLAN, DISPLAYED_PLAN = "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory"
 """What MoveIt plans, and what it publishes to be seen."""
 
-JOINT_PLANS = (JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
+JOINT_PLANS = (ros.JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
 """Messages that hold a motion of joints as a plan."""
 
-_KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
+_KINDS: Mapping[str, Kind] = {name: kind for kind, name in ros.TYPES.items()}
 _PATHS = (
-    (*TYPES.values(), *JOINT_PLANS),
+    (*ros.TYPES.values(), *JOINT_PLANS),
     tuple(n for n in RECORDED if n not in TRANSFORMS),
     TRANSFORMS,
     (JOINT_STATE,),
@@ -82,7 +66,7 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
             if kind == DISPLAYED_PLAN and len(message.trajectory) == 1:
                 kind, message = ROBOT_PLAN, message.trajectory[0]
             if kind == ROBOT_PLAN and not len(message.joint_trajectory.points):
-                kind, message = TYPES["multidof"], message.multi_dof_joint_trajectory
+                kind, message = ros.TYPES["multidof"], message.multi_dof_joint_trajectory
             if kind not in _KINDS:
                 held = f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path"
                 raise FormatError(file, f"{held}; {_TAKES_A_MODEL}")
@@ -107,7 +91,9 @@ def _joint_names(kind: str, message: Any) -> str:
 def recorded_task(kind: str, samples: Sequence[StampedMessage], choices: Choices, *, topic: str) -> Task:
     """The task in a recording, all messages of a topic; its scene keeps topic, frame and time."""
     trajectory, frame_id, body, notes = path_of(kind, samples, choices)
-    stamp = next((stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged)
+    stamp = next(
+        (ros.stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged
+    )
     return _task(trajectory, "path", topic, frame_id, body, stamp, notes)
 
 
@@ -116,23 +102,23 @@ def task_of(kind: Kind, message: Any, choices: Choices = NONE, *, topic: str, at
 
     A Path whose poses were sampled at a rate and are noisy is a recording, and smoothed as one unless it is wanted raw.
     """
-    stamp = stamp_ns(message.header.stamp) or at
+    stamp = ros.stamp_ns(message.header.stamp) or at
     if kind == "path" and not choices.raw:
         samples = [StampedMessage(stamp, pose) for pose in message.poses]
         places = [pose.pose.position for pose in message.poses]
-        times = np.array([stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
+        times = np.array([ros.stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
         if looks_recorded(times, np.array([[p.x, p.y, p.z] for p in places])):
             trajectory, frame_id, body, notes = path_of("geometry_msgs/msg/PoseStamped", samples, choices)
             return _task(trajectory, kind, topic, str(message.header.frame_id) or frame_id, body, stamp, notes)
-    trajectory, frame_id, body, notes = parse(kind, message)
+    trajectory, frame_id, body, notes = ros.parse(kind, message)
     return _task(excerpt(trajectory, choices), kind, topic, frame_id, body, stamp, notes)
 
 
 def _task(
     trajectory: Trajectory, kind: Kind, topic: str, frame_id: str, body: str, stamp: int, notes: tuple[str, ...]
 ) -> Task:
-    frame = frame_of(frame_id)
-    kept = {"topic": topic, "type": TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
+    frame = ros.frame_of(frame_id)
+    kept = {"topic": topic, "type": ros.TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
     said = f"its waypoints are in the ROS frame {frame_id!r}, read as {frame.name} ({frame.describe()})"
     extra = {ROS: kept | ({"stamp": stamp} if stamp else {})}
     return Task(trajectory, Scene(frame=frame, extra=extra), notes=(*notes, said), fixed_frame=True)
@@ -147,20 +133,20 @@ def topic_named(text: str) -> str:
 
 
 def message_of(
-    trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
+    trajectory: Trajectory, scene: Scene, choices: Choices, maker: ros.Maker, *, start: int = 0
 ) -> tuple[str, Kind, Any, tuple[str, ...]]:
     """Topic, kind and message for a trajectory, and notes on what is lost."""
     kept = _kept(scene)
     topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
     topic = topic if topic.startswith("/") else f"/{topic}"
     kind: Kind = choices.kind or _KINDS.get(str(kept.get("type")), "path")
-    frame_id = str(choices.frame_id or kept.get("frame_id") or FRAME_ID)
+    frame_id = str(choices.frame_id or kept.get("frame_id") or ros.FRAME_ID)
     moved, axes = _in_ros_axes(trajectory, scene, frame_id)
-    body = str(kept.get("body") or BODY)
+    body = str(kept.get("body") or ros.BODY)
     # A controller begins at once where the stamp is 0, and may skip what lies before any other.
     begin = 0 if kind == "multidof" else start
-    message, notes = build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
-    said = f"written as {TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
+    message, notes = ros.build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
+    said = f"written as {ros.TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
     objects = ("a ROS message holds no objects and no instruction",) if len(scene) else ()
     return topic, kind, message, (said, *notes, *objects)
 
@@ -181,14 +167,14 @@ def dumps(
 
 def _messages(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str
-) -> tuple[list[TopicMessage], tuple[str, ...]]:
+) -> tuple[list[ros.TopicMessage], tuple[str, ...]]:
     """The messages of a bag, stamped as the one that the trajectory came from, else with the time of writing."""
     maker = bag_maker(ros1=suffix(path) == ".bag")
     at = _kept(scene).get("stamp")
     at = at if isinstance(at, int) and at > 0 else time.time_ns()
     topic, kind, message, notes = message_of(trajectory, scene, choices, maker, start=at)
     said = [text_message(maker, VERDICT_TOPIC, verdict, at)] if verdict else []
-    return [TopicMessage(topic, TYPES[kind], message, at), *said], notes
+    return [ros.TopicMessage(topic, ros.TYPES[kind], message, at), *said], notes
 
 
 def save_folder(
@@ -204,12 +190,12 @@ def save_folder(
     return notes
 
 
-def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> TopicMessage:
+def text_message(maker: ros.Maker, topic: str, text: str, at: int = 0) -> ros.TopicMessage:
     """A std_msgs/String."""
-    return TopicMessage(topic, STRING, maker.new(STRING, data=text), at)
+    return ros.TopicMessage(topic, STRING, maker.new(STRING, data=text), at)
 
 
-def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> bytes:
+def bag_of(path: str | os.PathLike[str], messages: Sequence[ros.TopicMessage]) -> bytes:
     """The content of a bag file that holds some messages, by file extension."""
     file = file_name(path)
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
@@ -218,10 +204,10 @@ def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> by
         return Path(inside, written[0]).read_bytes()
 
 
-def _written(folder: Path, file: str, messages: Sequence[TopicMessage]) -> Path:
+def _written(folder: Path, file: str, messages: Sequence[ros.TopicMessage]) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3; or a ROS 1 bag file."""
     ending = folder.suffix.lower()
-    store = typestore(ending == ".bag")
+    store = ros.typestore(ending == ".bag")
     if ending == ".bag":
         opening, serialized = _import("rosbags.rosbag1").Writer(folder), store.serialize_ros1
     else:
@@ -293,7 +279,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     with (
         _damage(file),
         rescued(path) as (whole, notes),
-        anyreader.AnyReader([whole], default_typestore=typestore()) as bag,
+        anyreader.AnyReader([whole], default_typestore=ros.typestore()) as bag,
     ):
         bag.rescued = notes
         yield bag
@@ -330,14 +316,14 @@ def _index(bag: Any, raw: Sequence[tuple[int, bytes]], topic: str, name: str, wa
     return chosen
 
 
-def bag_maker(ros1: bool = False) -> Maker:
+def bag_maker(ros1: bool = False) -> ros.Maker:
     """How rosbags builds messages, of ROS 2 or of ROS 1, whose headers are numbered."""
-    types = typestore(ros1).types
+    types = ros.typestore(ros1).types
 
     def new(kind: str, /, **fields: Any) -> Any:
         return types[kind](**fields, **({"seq": 0} if ros1 and kind == "std_msgs/msg/Header" else {}))
 
-    return Maker(new, floats=np.ascontiguousarray)
+    return ros.Maker(new, floats=np.ascontiguousarray)
 
 
 def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequence[str]], file: str) -> tuple[str, str]:
@@ -363,12 +349,12 @@ def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequen
 
 
 def _listed(topics: Mapping[str, str]) -> str:
-    return listed_names(f"{topic} ({name})" for topic, name in topics.items())
+    return ros.listed_names(f"{topic} ({name})" for topic, name in topics.items())
 
 
 def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[Trajectory, str]:
     """The trajectory in the axes of a ROS frame, and these in words."""
-    target = frame_of(frame_id)
+    target = ros.frame_of(frame_id)
     if MISSION in scene.extra and target == Frame("flu"):
         return on_earth(trajectory, scene), "+x east, +y north, +z up (REP-103, about home)"
     return transformed(trajectory, scene.frame, target), target.describe()
@@ -455,7 +441,7 @@ def _of_chunk(data: bytes) -> bytes:
     return records[: _whole(records, 0)]
 
 
-def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> None:
+def save_joint_motion(path: str | os.PathLike[str], motion: ros.JointMotion, choices: Choices = NONE) -> None:
     """Write a motion of joints as a bag with one JointTrajectory message.
 
     Raises:
@@ -465,13 +451,15 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
     atomic_write(path, dumps_joints(path, motion, choices))
 
 
-def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
+def dumps_joints(path: str | os.PathLike[str], motion: ros.JointMotion, choices: Choices = NONE) -> bytes:
     """What `save_joint_motion` writes, by the ending of the file's name."""
-    message = build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
-    return bag_of(path, [TopicMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message, time.time_ns())])
+    message = ros.build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
+    return bag_of(
+        path, [ros.TopicMessage(topic_named(choices.topic or JOINT_TOPIC), ros.JOINTS, message, time.time_ns())]
+    )
 
 
-def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:
+def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> ros.JointMotion:
     """Read a motion of joints from a bag: a JointTrajectory, a plan of MoveIt, or a recording of JointState.
 
     Raises:
@@ -485,17 +473,17 @@ def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> 
 
 def motion_of(
     kind: str, samples: Sequence[StampedMessage], choices: Choices = NONE
-) -> tuple[JointMotion, tuple[str, ...]]:
+) -> tuple[ros.JointMotion, tuple[str, ...]]:
     """The motion of joints in a message, or in a recording of JointState, and notes."""
     if kind == JOINT_STATE:
         return joints_of(samples, choices)
     if choices.span is not None:
         raise TrajectoryError("is a plan, not a recording; leave --from and --to out")
     message = samples[0].message
-    if kind == JOINTS:
-        return parse_joints(message), ()
+    if kind == ros.JOINTS:
+        return ros.parse_joints(message), ()
     parts = [message] if kind == ROBOT_PLAN else list(message.trajectory)
-    motions = [parse_joints(part.joint_trajectory) for part in parts if len(part.joint_trajectory.points)]
+    motions = [ros.parse_joints(part.joint_trajectory) for part in parts if len(part.joint_trajectory.points)]
     if not motions:
         raise TrajectoryError("holds no positions of joints", key="joint_trajectory")
     joined = motions[0]
@@ -504,7 +492,7 @@ def motion_of(
     return joined, (f"a plan of {len(motions)} parts, one after the other",) if len(motions) > 1 else ()
 
 
-def _followed(first: JointMotion, then: JointMotion) -> JointMotion:
+def _followed(first: ros.JointMotion, then: ros.JointMotion) -> ros.JointMotion:
     if set(first.names) != set(then.names):
         problem = f"moves {listing(first.names)}, then {listing(then.names)}; send the parts one by one"
         raise TrajectoryError(problem, key="trajectory")
@@ -516,4 +504,4 @@ def _followed(first: JointMotion, then: JointMotion) -> JointMotion:
     if first.velocities is not None and then.velocities is not None:
         velocities = np.concatenate([first.velocities, then.velocities[fresh][:, order]])
     places = np.concatenate([first.positions, positions[fresh]])
-    return JointMotion(first.names, places, times, velocities, first.frame)
+    return ros.JointMotion(first.names, places, times, velocities, first.frame)

@@ -45,11 +45,8 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
     Ctrl-C cancels the goal, after which the controller holds the arm where it is. So does a controller that does not
     end in time.
 
-    Args:
-        address: Of the action, such as ros2:/joint_trajectory_controller/follow_joint_trajectory.
-        motion: In the controller's names.
-        told: Told of the progress, twice a second.
-        frame_id: Of the message.
+    The address is that of the action, such as ros2:/joint_trajectory_controller/follow_joint_trajectory, the motion in
+    the controller's names; `told` hears of the progress, twice a second.
 
     Raises:
         LinkError: If there is no such action or no rclpy, the goal is rejected, cancelled or fails; says why.

@@ -63,11 +63,8 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any: ...
 def validated(kind: object, value: object, file: str, key: str = "") -> Any:
     """Read a parsed value as a type, by the strict rules of JSON.
 
-    Args:
-        kind: Any type that pydantic can validate, such as a model, a dataclass or `tuple[str, ...]`.
-        value: Lists, dicts and scalars, as parsed from a file.
-        file: The file's name, for messages.
-        key: Where the value stands in the file; "" at the top.
+    The kind is any type that pydantic can validate, such as a model, a dataclass or `tuple[str, ...]`; the value holds
+    lists, dicts and scalars, and stands in the file under the key, "" being the top.
     """
     try:
         return _adapter(kind).validate_json(json.dumps(value, default=str), strict=True)

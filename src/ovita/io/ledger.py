@@ -30,7 +30,6 @@ class LedgerCheck:
     """What looking through a log found.
 
     Args:
-        lines: How many there are.
         chained: How many of them are in the chain; those before it were written by earlier versions.
         head: Hash of the last line.
         faults: What is wrong, each a sentence; none if the chain is whole.

@@ -46,9 +46,7 @@ def episodes(folder: str | os.PathLike[str]) -> tuple[Task, ...]:
 def episode(folder: str | os.PathLike[str], number: int | None = None) -> Task:
     """Read one episode of a data set as a task.
 
-    Args:
-        folder: Of the data set.
-        number: Which episode, from 0; negative from the end; None for the last.
+    Episodes are counted from 0, negative numbers from the end; None is the last.
 
     Raises:
         FormatError: As `episodes` does, or if there is no such episode.

@@ -43,7 +43,6 @@ class Flight:
         speeds: Commanded on the way to each waypoint (N,) [m/s].
         holds: At each waypoint (N,) [s].
         heights: Of each waypoint above home (N,) [m].
-        home: Where it is flown.
     """
 
     told: float
@@ -118,11 +117,7 @@ def flight_of(trajectory: Trajectory, scene: Scene, choices: Choices) -> tuple[F
 def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) -> tuple[str, ...]:
     """What a person should know of a mission before it is flown: how it flies, what is otherwise, what is to do.
 
-    Args:
-        mission: As it is written or uploaded.
-        told: Duration of the path that it stands for [s].
-        lost: What else is not as the path says, each a clause.
-        scene: Of the path.
+    `told` is the duration of the path that it stands for [s], `lost` what else is not as the path says, each a clause.
     """
     flight = Flight.of(mission, told)
     if len(flight.speeds) < 2:

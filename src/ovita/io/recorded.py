@@ -75,10 +75,7 @@ def path_of(
 ) -> tuple[Trajectory, str, str, tuple[str, ...]]:
     """The path of a recording, its frame_id, the frame or body that moves, and notes.
 
-    Args:
-        kind: The type of the messages, of `RECORDED`.
-        samples: All messages.
-        choices: Which transforms are meant, which part is wanted, and whether every pose is, as it was recorded.
+    The choices say which transforms are meant, which part is wanted, and whether every pose is, as it was recorded.
 
     Raises:
         TrajectoryError: If there are too few samples, they are in different frames, or nothing moves.

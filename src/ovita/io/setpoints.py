@@ -85,7 +85,6 @@ class Course:
         path: In metres north, east, down.
         to_scene: From there to the scene's frame (3, 3).
         robot: Whose workspace is the fence, in the scene's frame.
-        rate: Setpoints a second.
     """
 
     path: Trajectory

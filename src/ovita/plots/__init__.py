@@ -41,11 +41,7 @@ _COLUMNS = "display:flex;flex-wrap:wrap;gap:16px;align-items:flex-start"
 def card(title: str, verdict: str, sections: Mapping[str, Sequence[str]], picture: Figure | None) -> str:
     """A title, a verdict, lines by heading and a picture, as HTML without scripts, links or styles of its own.
 
-    Args:
-        title: Such as the instruction; this and all other text is escaped.
-        verdict: Shown below the title.
-        sections: Lines by heading; those without lines are left out.
-        picture: Or None where there is none.
+    All text is escaped; headings without lines are left out.
     """
     told = "".join(_section(heading, lines) for heading, lines in sections.items() if lines)
     image = _embedded(picture) if picture is not None else ""

@@ -66,18 +66,8 @@ def interactive(
     """Return an HTML page with a scene to turn, zoom and point at, and the speeds over time and distance below.
 
     Everything is inside the page; a content security policy forbids it to load anything. Title, notes and names
-    are shown as plain text, whatever they contain.
-
-    Args:
-        original: Before (blue).
-        adapted: After (red).
-        scene: Objects are drawn as cuboids with their names, the frame names the axes.
-        robot: Whose workspace to outline, where it lies in the picture.
-        proposed: The policy's proposal before the limits were enforced (grey, dotted).
-        title: Heading, such as the instruction.
-        notes: Lines listed below, such as the plan or the explanation.
-        view: First look: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.
-        tube: Covariance of the adapted positions, as in `figure`.
+    are shown as plain text, whatever they contain. Notes are lines listed below, such as the plan or the explanation;
+    the other arguments are those of `figure`.
 
     Raises:
         MissingExtra: If plotly is not installed.
@@ -124,11 +114,7 @@ def playable(
 ) -> dict[str, Any]:
     """Return what a page needs to draw both paths in their scene, the speeds over time below, and to play them.
 
-    Args:
-        original: Before (blue).
-        adapted: After (red).
-        scene: Objects are drawn as cuboids with their names, the frame names the axes.
-        beside: Paths of other pictures of the same scene, so that all show the same part of it, the same way.
+    With the paths of other pictures of the same scene `beside`, all show the same part of it, the same way.
 
     Returns:
         JSON values: "figure" for plotly, "times" (M,) [s], "before" and "after" (M, 4), where the robot is then (x, y,
@@ -209,7 +195,13 @@ def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str]) -
     common = {"customdata": data, "legendgroup": word, "meta": word, "opacity": opacity}
     dots = {"size": size, "color": COLOURS[word]}
     place = "<br>x %{x:.3f}, y %{y:.3f}, z %{z:.3f} m<extra></extra>"
-    shown: dict[str, Any] = {"mode": "lines+markers", "name": name, "marker": dots, "hovertemplate": told + place, **common}
+    shown: dict[str, Any] = {
+        "mode": "lines+markers",
+        "name": name,
+        "marker": dots,
+        "hovertemplate": told + place,
+        **common,
+    }
     figure.add_trace(_line(path.positions, style, **shown), 1, 1)
     shown = {"mode": "lines", "line": {**style, "width": thin}, "showlegend": False, **common}
     for column, chart in enumerate(charts, 1):
@@ -305,11 +297,7 @@ def _names(
 ) -> list[dict[str, Any]]:
     """Names of the objects, placed so that they do not cover each other as the page opens.
 
-    Args:
-        shown: With the objects.
-        seen: Where points (K, 3) [m] appear as the page opens, (K, 2) [pixels] from the middle.
-        paths: What names should not cover.
-        size: Of the picture, against a whole page.
+    Points (K, 3) [m] are `seen` then at (K, 2) [pixels] from the middle.
     """
     texts = [
         plain(textwrap.shorten(item.name, 40, placeholder="...") or item.name[:37] + "...") for item in shown.shown

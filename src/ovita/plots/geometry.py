@@ -50,9 +50,7 @@ class Extent:
     """The part of the world that a figure shows.
 
     Args:
-        lower: Lower corner (3,) [m].
-        upper: Upper corner (3,) [m].
-        shown: The objects inside.
+        lower, upper: Its corners (3,) [m].
         left_out: Names of objects so far away that showing them would shrink everything else to a dot.
     """
 

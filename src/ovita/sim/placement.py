@@ -25,9 +25,7 @@ class Base:
     """Pose of a robot's base in scene coordinates.
 
     Args:
-        x: [m].
-        y: [m].
-        z: [m].
+        x, y, z: [m].
         yaw: Heading of the robot's own x axis, turned from the scene's x axis towards its y axis [rad].
     """
 
@@ -129,12 +127,8 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
     of the paths and the objects, then by standing on what the objects stand on, then by how far the waypoints are from
     the middle of the reach.
 
-    Args:
-        paths: (N, 3) each, in the simulator's coordinates [m].
-        scene: In the same coordinates.
-        robot: The limits that the trajectory was adapted to.
-        shoulder: Height of the shoulder above the base [m].
-        reach: From the shoulder to the tip [m].
+    Paths (N, 3) [m] and scene are in the simulator's coordinates; the shoulder is so high above the base [m], and the
+    tip reaches so far from it [m].
     """
     points = np.unique(np.concatenate(paths), axis=0)
     low, high = points.min(axis=0), points.max(axis=0)

@@ -83,8 +83,7 @@ class Renderer:
 
     Args:
         model: MuJoCo's model, whose offscreen buffer is at least as large as the picture.
-        width: [pixels].
-        height: [pixels].
+        width, height: [pixels].
 
     Raises:
         NoRenderer: If no offscreen OpenGL works.

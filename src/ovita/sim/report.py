@@ -34,8 +34,7 @@ class Contact:
 
     Args:
         name: The object's; "floor" for the ground and "itself" for two links of the robot.
-        first: Waypoint of the first contact.
-        last: Waypoint of the last contact.
+        first, last: Waypoints of the first and of the last contact.
         start: Of the first contact [s].
         depth: Deepest penetration [m].
         meant: Whether the adaptation means to touch it.

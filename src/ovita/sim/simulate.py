@@ -44,7 +44,6 @@ class Simulation:
 
     Args:
         motion: Poses over time, in the scene's coordinates.
-        stage: The simulator's world, for rendering.
         states: (T, Q) MuJoCo's positions at the motion's times.
         frames: (T,) the plan's steps at the motion's times.
     """

@@ -287,8 +287,7 @@ class Touched:
 
     Args:
         limit: In words, such as "a4 position".
-        first: Waypoint where it was first reached.
-        last: Waypoint where it was last reached.
+        first, last: Waypoints where it was first and last reached.
         share: Of the time, 0..1.
     """
 

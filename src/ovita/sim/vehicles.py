@@ -115,16 +115,12 @@ CRAWL = 0.005
 
 
 class Rover:
-    """Follows a trajectory on the ground.
+    """Follows a trajectory on the ground, in the simulator's coordinates, from its base.
 
     Sharp corners are turned on the spot, others are rounded; TOPP-RA slows the path down where the speed, the turning
     rate or their derivatives would be too high. The rover then catches up with the plan along its heading and steers
     back onto the path like Stanley (Hoffmann et al., ACC 2007); its wheels are driven for a track wider by the slip
     factor.
-
-    Args:
-        trajectory: In the simulator's coordinates.
-        base: Where it starts and which way it faces there.
     """
 
     def __init__(self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, base: Base) -> None:

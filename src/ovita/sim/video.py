@@ -41,10 +41,7 @@ def close_up(camera: Any, extent: float) -> Any:
 def corner(camera: Any, points: Array, size: tuple[int, int]) -> tuple[int, int]:
     """The corner in which an inset hides the fewest points: 1 or -1 for right or left, and for top or bottom.
 
-    Args:
-        camera: A free one.
-        points: (N, 3) in the simulator's coordinates [m].
-        size: Width and height of the picture.
+    The camera is a free one, the points (N, 3) [m] are in the simulator's coordinates, the size is width and height.
     """
     turn, tilt = np.radians([camera.azimuth, camera.elevation])
     ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
@@ -125,15 +122,7 @@ def save_video(
 ) -> None:
     """Render simulations side by side into a video, atomically: H.264 in .mp4, or a .gif.
 
-    Args:
-        path: Ends in .mp4 or .gif.
-        panes: From left to right; the shorter ones hold their last frame.
-        world: Of their scene.
-        title: Such as the instruction.
-        robot: Its title.
-        fps: Frames per second.
-        scale: Of the picture.
-        progress: Called with the share done, 0..1.
+    Panes go from left to right, the shorter ones hold their last frame; `progress` is called with the share done, 0..1.
 
     Raises:
         FormatError, MissingExtra, NoRenderer: As `check_video` does, and if the file cannot be written.

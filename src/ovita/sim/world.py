@@ -31,8 +31,7 @@ class Shape:
         kind: A box; a sphere; or a cylinder, or capsule, along its own z axis.
         size: Box: full edge lengths. Sphere: (radius, 0, 0). Cylinder: (radius, length, 0). Capsule: (radius, length of
             the cylindrical part, 0). All [m].
-        position: In the body's frame (3,) [m].
-        wxyz: In the body's frame, a unit quaternion.
+        position, wxyz: In the body's frame: (3,) [m], and a unit quaternion.
         rgba: Colour, 0..1 each.
     """
 
@@ -57,7 +56,6 @@ class Motion:
         asked: (T,) the time at which the trajectory itself is at that place [s]; ascending, and the same as `times`
             where the robot keeps up.
         tip: (T, 3) the point of the robot that follows the trajectory [m].
-        shapes: What the bodies look like.
     """
 
     bodies: tuple[str, ...]
@@ -75,12 +73,9 @@ class Motion:
         return float(self.times[-1])
 
     def at(self, time: float, *, clock: Literal["robot", "trajectory"] = "robot") -> tuple[Array, Array]:
-        """Positions (B, 3) [m] and quaternions (B, 4) wxyz at one time, interpolated; held at both ends.
+        """Positions (B, 3) [m] and quaternions (B, 4) wxyz at one time [s], interpolated; held at both ends.
 
-        Args:
-            time: [s].
-            clock: "robot" counts the simulated time; "trajectory" counts the time of the trajectory's own law, as a
-                playhead on the trajectory does.
+        The clock "trajectory" counts the time of the trajectory's own law, as a playhead on the trajectory does.
         """
         frames = np.arange(len(self.times), dtype=float)
         source = np.interp([time], self.times if clock == "robot" else self.asked, frames)
@@ -115,7 +110,6 @@ class SimWorld:
     Args:
         tip: The site that follows the trajectory.
         objects: Name of the scene's object by geom.
-        floor: The floor's geom.
         ground: Its height [m].
         rolls: Whether the robot is meant to touch the floor.
         stand: Position and quaternion (7,) of the robot's base; at the origin for robots that move about.

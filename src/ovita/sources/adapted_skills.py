@@ -26,7 +26,6 @@ class AdaptedSkill:
 
     Args:
         skill: With its mean where the instruction put it; as it was where nothing was done.
-        result: The adaptation of its mean.
         notes: What a skill cannot keep of it, each a sentence.
     """
 
@@ -51,14 +50,8 @@ def adapt_skill(
     kept exactly. Each phase is moved by as much as the instruction moved its waypoint, in the world's axes, and gets
     its new speed. The limits are enforced on the mean as it was shown, not on what is generated later.
 
-    Args:
-        skill: To adapt.
-        instruction: What should change.
-        on: Whether the instruction is about the skill as it is now, or about what was shown.
-        robot: The limits.
-        writer: A policy writer or its name.
-        constraints: How limits are enforced.
-        accepting: Whether a reading that is not certain is done without asking.
+    The instruction is about the skill as it is now, or on "original" about what was shown; with `accepting`, a reading
+    that is not certain is done without asking.
 
     Raises:
         RequestError: If the instruction is empty or too long.

@@ -78,13 +78,7 @@ def read_demonstrations(
     frame: str | None = None,
     choices: Choices = NONE,
 ) -> tuple[Task, ...]:
-    """Read demonstrations, one a file of any format, or a folder of LeRobot episodes.
-
-    Args:
-        places: Files, bags, or folders of a LeRobot data set.
-        scene_file: Objects for files that hold none.
-        frame: Which way is left, as in `open_task`.
-        choices: What a format leaves open, such as the topic of a bag.
+    """Read demonstrations, one a file of any format, or a folder of LeRobot episodes; options as in `open_task`.
 
     Raises:
         FormatError: If a file cannot be read.
@@ -107,9 +101,7 @@ def named(tasks: Sequence[Task]) -> tuple[Task, ...]:
 def compared(tasks: Sequence[Task], seen: Sequence[Array]) -> tuple[str, ...]:
     """Check that demonstrations show one movement, and say what is doubtful about them.
 
-    Args:
-        tasks: The demonstrations.
-        seen: Their positions (N, 3) [m] in the task frame in which they should agree.
+    They should agree in the task frame in which their positions (N, 3) [m] are seen.
 
     Raises:
         FormatError: If one is in another frame or unit, or runs the other way, than the others.
@@ -136,10 +128,7 @@ def aligned(trajectories: Sequence[Trajectory], seen: Sequence[Array], by: Align
     "dtw" and "arc_length" go by the path, so that a demonstrator's pace does not matter; the speeds are those shown at
     each place.
 
-    Args:
-        trajectories: In the world.
-        seen: Their positions (N, 3) [m] in the task frame in which they should agree.
-        by: What belongs together.
+    The trajectories are in the world, and seen (N, 3) [m] in the task frame in which they should agree.
     """
     if any(one.orientations is None for one in trajectories):
         trajectories = [replace(one, orientations=None) for one in trajectories]

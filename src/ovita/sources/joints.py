@@ -106,8 +106,6 @@ class Cell:
     """An arm among the objects of a scene, asked for contacts.
 
     Args:
-        request: With scene and limits.
-        model: The arm.
         base: Where it stands in scene coordinates.
         stage: The simulator's world; the objects are grown by the robot's margin.
     """

@@ -223,13 +223,8 @@ def rollout(
 ) -> Array | None:
     """States (T, n) of a vehicle that follows a path, one a `TIMESTEP`, or None if it does not arrive.
 
-    Args:
-        vehicle: The model.
-        path: The reference, from rest to rest.
-        bodies: Obstacles.
-        most: Longest drive [s].
-        until: When to give up, by `time.perf_counter` [s].
-        progress: Told how far it is.
+    The path goes from rest to rest. It gives up after the longest drive, `most` [s], or at a time of
+    `time.perf_counter`, `until` [s].
     """
     ahead: Array = TIMESTEP * np.arange(1, HORIZON + 1, dtype=np.float64)
     z = vehicle.state(path, np.zeros(1), 0.0)[0]

@@ -56,18 +56,11 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What is to be planned.
+    """What is to be planned, by the arguments of `plan`.
 
     Args:
-        scene: Its objects are obstacles.
-        robot: The limits.
-        start: Where the path starts.
-        goal: Where it ends.
-        via: What it passes, in order.
         waypoints: How many the trajectory gets; more where the way needs them.
         speed: On the way [m/s]; None takes half of the robot's highest.
-        seed: Of planners that sample.
-        time_limit: For the search [s].
 
     Raises:
         RequestError: On numbers that make no sense.
@@ -351,12 +344,8 @@ def _barred(name: str, anchor: Anchor, request: PlanRequest) -> list[str]:
 def finished(request: PlanRequest, polyline: Array, anchors: Sequence[int], planner: str, started: float) -> Plan:
     """Waypoints and speeds on a polyline, within the limits, verified.
 
-    Args:
-        request: What was asked for.
-        polyline: (K, 3) [m].
-        anchors: Which of its vertices are start, via points and goal.
-        planner: Its name.
-        started: When, by `time.perf_counter` [s].
+    Anchors are the vertices of the polyline (K, 3) [m] that are start, via points and goal; the search `started` at a
+    time of `time.perf_counter` [s].
     """
     line, corners = spread(polyline, max(request.waypoints, len(polyline)), request.cruise)
     options = ConstraintOptions(

@@ -220,18 +220,10 @@ def solve(
     passable: Callable[[Sequence[float], Sequence[float]], bool],
     progress: Progress | None = None,
 ) -> Array | None:
-    """OMPL in a box of D coordinates: vertices (K, D) from the start to one of the goals, or None.
+    """OMPL in a box (lowest and highest coordinates, (D,) each): vertices (K, D) from start (D,) to a goal, or None.
 
-    Args:
-        name: "rrt_connect" or "rrt_star".
-        box: Lowest and highest coordinates, (D,) each.
-        free: Whether a place is legal.
-        start: (D,).
-        goals: (D,) each.
-        seed: > 0.
-        seconds: Longest search.
-        passable: Whether the straight motion between two places is legal.
-        progress: Told how far it is.
+    A place is legal where it is `free`, the straight motion between two where it is `passable`. The seed is > 0, the
+    name "rrt_connect" or "rrt_star".
 
     Raises:
         MissingExtra: If ompl is not installed.
