@@ -108,7 +108,7 @@ def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: 
     outputs = Outputs(**{name: options.pop(name) for name in _ABOUT_OUTPUT})
     outputs.check(file)
     if io.is_skill(file):
-        from ovita.cli.skills_ import adapt_file
+        from ovita.cli.sources_ import adapt_file
 
         adapt_file(file, instruction or "", on or "current", outputs, options)
     if on is not None:
@@ -118,7 +118,7 @@ def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: 
     stages |= {"writer": common.writer_from(options), "constraints": common.constraints_from(options)}
     stages["examples"] = not options["no_examples"]
     if bare is not None:
-        from ovita.cli.plan_ import generated
+        from ovita.cli.sources_ import generated
 
         made, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
         _finish(made, task, options, stages["writer"], outputs)

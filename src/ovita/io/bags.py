@@ -331,14 +331,14 @@ def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequen
     what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
     if not topics:
         raise FormatError(file, "holds no topics; it may have been cut off before its first message")
-    known = [name for names in tiers for name in names]
-    fits = {topic: name for topic, name in topics.items() if name in known and not topic.endswith("tf_static")}
+    known = {topic: name for topic, name in topics.items() if any(name in names for names in tiers)}
+    fits = {topic: name for topic, name in known.items() if not topic.endswith("tf_static")}
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topics.get(topic) in known:
-            return topic, topics[topic]
-        is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
-        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
+        if topic not in known:
+            is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
+            raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
+        return topic, known[topic]
     of_tiers = ([pair for pair in fits.items() if pair[1] in names] for names in tiers)
     first = next(filter(None, of_tiers), [])
     if not first:

@@ -288,17 +288,22 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
         raise SceneError(error.problem, key=error.key, index=error.index) from None
     if read.environment and read.Env_descp and read.environment != read.Env_descp:
         raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
-    constraints = document.get("constraints") or ""
-    if not isinstance(constraints, str | Mapping | list | tuple):
-        raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
-    others = {key: value for key, value in document.items() if key not in SCENE_KEYS}
+    said, structure = _constraints(document.get("constraints") or "")
+    others = {key: value for key, value in document.items() if key not in SCENE_KEYS} | structure
     if PUBLIC_ENVIRONMENT in document and not read.environment:
         others[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
-    if not isinstance(constraints, str):
-        others["constraints"], constraints = constraints, ""
     objects = tuple(_objects(read.objects or (), document))
     frame = RFU if read.frame is None else _frame(read.frame)
-    return Scene(objects, frame, read.environment or read.Env_descp or "", constraints, others)
+    return Scene(objects, frame, read.environment or read.Env_descp or "", said, others)
+
+
+def _constraints(given: object) -> tuple[str, dict[str, Any]]:
+    """Constraints that are text, and those that are a structure, which stays as it is."""
+    if isinstance(given, str):
+        return given, {}
+    if not isinstance(given, Mapping | list | tuple):
+        raise SceneError(f"is {show(given)}, expected text", key="constraints")
+    return "", {"constraints": given}
 
 
 def _objects(found: Iterable[_ObjectDocument], document: Mapping[str, Any]) -> Iterator[SceneObject]:

@@ -140,11 +140,17 @@ def _ask(vehicle: Vehicle, request: Any, name: str, seq: int | None) -> Any:
 
 def _home(vehicle: Vehicle) -> Home | None:
     for _ in range(2):
-        vehicle.send(vehicle.command(_REQUEST_MESSAGE, _HOME_POSITION))
+        vehicle.send(command_long(vehicle, _REQUEST_MESSAGE, _HOME_POSITION))
         answer = vehicle.wait(("HOME_POSITION",), RESEND)
         if answer is not None:
             return Home(answer.latitude / 1e7, answer.longitude / 1e7, answer.altitude / 1e3)
     return None
+
+
+def command_long(vehicle: Vehicle, number: int, *params: float) -> Any:
+    """A COMMAND_LONG to a vehicle, its further parameters 0."""
+    values = [float(value) for value in params] + [0.0] * (7 - len(params))
+    return vehicle.dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, number, 0, *values)
 
 
 def _message(vehicle: Vehicle, seq: int, item: Item) -> Any:
@@ -267,11 +273,6 @@ class Vehicle:
     def close(self) -> None:
         """Close the connection."""
         self._socket.close()
-
-    def command(self, number: int, *params: float) -> Any:
-        """A COMMAND_LONG to the vehicle, its further parameters 0."""
-        values = [float(value) for value in params] + [0.0] * (7 - len(params))
-        return self.dialect.MAVLink_command_long_message(self.system, self.component, number, 0, *values)
 
     def send(self, message: Any) -> None:
         """Send a message."""

@@ -24,7 +24,7 @@ from ovita.errors import LinkError
 from ovita.io.documents import NONE, Choices
 from ovita.io.geodesy import on_earth
 from ovita.io.links import Address
-from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle
+from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle, command_long
 from ovita.paths.robot import Robot
 from ovita.paths.scene import RFU, Frame, Scene, transformed
 from ovita.paths.trajectory import Array, Trajectory
@@ -186,7 +186,7 @@ class Pilot:
 
     def _get_ready(self, takeoff: bool) -> None:
         """Learn where the vehicle is, and check that it may start; nothing was commanded until here."""
-        request = self.vehicle.command(_INTERVAL, _POSITION_ID, 1e6 / self.course.rate)
+        request = command_long(self.vehicle, _INTERVAL, _POSITION_ID, 1e6 / self.course.rate)
         end = self.vehicle.now() + self.vehicle.address.timeout
         while self._place is None or self._mode < 0:
             if self.vehicle.now() > end:
@@ -214,7 +214,7 @@ class Pilot:
         self._asked = True
         self._switch("fly")
         self._led = True
-        self._command(self.vehicle.command(_ARM, 1.0), lambda: self._armed > 0, "arming")
+        self._command(command_long(self.vehicle, _ARM, 1.0), lambda: self._armed > 0, "arming")
         if takeoff:
             self._climb()
 
@@ -225,7 +225,7 @@ class Pilot:
         if height <= _SETTLED:
             return
         if self.vehicle.autopilot == ARDUPILOT:
-            self.vehicle.send(self.vehicle.command(_TAKEOFF, 0, 0, 0, 0, 0, 0, height))
+            self.vehicle.send(command_long(self.vehicle, _TAKEOFF, 0, 0, 0, 0, 0, 0, height))
         began, lasts = self.vehicle.now(), height / CLIMB
         while self.vehicle.now() < began + lasts + 2.0 * SILENCE:
             share = min((self.vehicle.now() - began) / lasts, 1.0)
@@ -322,7 +322,9 @@ class Pilot:
         main, sub = _MODES[self.vehicle.autopilot][mode]
         wanted = self._number(mode)
         name = {"fly": "OFFBOARD" if self.vehicle.autopilot == _PX4 else "GUIDED"}.get(mode, mode.upper())
-        self._command(self.vehicle.command(_SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}")
+        self._command(
+            command_long(self.vehicle, _SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}"
+        )
 
     def _number(self, mode: str) -> int:
         """How a heartbeat gives a mode."""

@@ -243,7 +243,7 @@ _ROUNDS = 50
 
 
 def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[Array, float, tuple[str, ...]]:
-    """Find speeds with which a trajectory reaches its waypoints (N, 3) [m] at given times (N,) [s], strictly increasing.
+    """Find speeds with which a trajectory reaches its waypoints (N, 3) [m] at given times (N,) [s], which increase.
 
     Times that came from a trajectory give its speeds back, see `chained_speeds`. For others the time law
     v_i + v_i+1 = 2 ds_i / dt_i, a chain, would turn noise into oscillation. So their speeds minimise

@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -352,21 +352,12 @@ def _write_mp4(path: str, pictures: Iterator[Image], fps: int) -> None:
 
     first = next(pictures)
     size = (first.shape[1], first.shape[0])
-    writer = imageio_ffmpeg.write_frames(
-        path,
-        size,
-        fps=fps,
-        codec="libx264",
-        pix_fmt_in="rgb24",
-        pix_fmt_out="yuv420p",
-        macro_block_size=2,
-        output_params=["-crf", "23", "-preset", "veryfast", "-movflags", "+faststart"],
-        ffmpeg_log_level="error",
-    )
+    coded = {"codec": "libx264", "pix_fmt_in": "rgb24", "pix_fmt_out": "yuv420p", "macro_block_size": 2}
+    told = {"output_params": "-crf 23 -preset veryfast -movflags +faststart".split(), "ffmpeg_log_level": "error"}
+    writer = imageio_ffmpeg.write_frames(path, size, fps=fps, **coded, **told)
     writer.send(None)
     try:
-        writer.send(np.ascontiguousarray(first))
-        for picture in pictures:
+        for picture in chain([first], pictures):
             writer.send(np.ascontiguousarray(picture))
     finally:
         writer.close()

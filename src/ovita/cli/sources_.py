@@ -1,4 +1,4 @@
-"""`ovita learn` and `ovita generate`: skills from demonstrations, and trajectories from skills."""
+"""`ovita plan`, `ovita learn` and `ovita generate`: trajectories from places, and from skills that were shown."""
 
 from __future__ import annotations
 
@@ -12,20 +12,116 @@ from click import option
 
 from ovita.chain import enforced
 from ovita.cli import common
-from ovita.errors import RequestError
-from ovita.io import load_robot, load_scene, save_task
+from ovita.errors import FormatError, RequestError
+from ovita.io import Task, load_bare, load_robot, load_scene, load_task, save_task
+from ovita.io.documents import plain as as_json_value
 from ovita.limits import ConstraintOptions
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 from ovita.sources.demonstrations import read_demonstrations
 from ovita.sources.learning import learn as learn_skill
+from ovita.sources.planner import PLANNERS, TIME_LIMIT, WAYPOINTS, Plan
+from ovita.sources.planner import plan as plan_path
 from ovita.sources.skills import COVARIANCE, KINDS, GeneratedPath, Skill, SkillKind
+from ovita.sources.words import from_words
 from ovita.text import counted, length
 
 if TYPE_CHECKING:
     from ovita.cli.adapt_ import Outputs
+
+
+@click.command()
+@click.argument("scene", metavar="SCENE")
+@option("--from", "start", required=True, metavar="PLACE", help="Where to start; see below.")
+@option("--to", "goal", required=True, metavar="PLACE", help="Where to end.")
+@option("--via", multiple=True, metavar="PLACE", help="What to pass; may be given several times, in order.")
+@common.shown("--planner", default="limits", metavar="NAME", help=f"{', '.join(PLANNERS)}, or of a plug-in.")
+@option("--robot", metavar="NAME|FILE", help="Limits, as for ovita adapt. [the robot that SCENE names, else none]")
+@option("--out", "-o", metavar="FILE", help="Write the trajectory in its scene, in any format of ovita convert.")
+@common.shown("--waypoints", type=int, default=WAYPOINTS, metavar="N")
+@option("--speed", type=float, metavar="M/S", help="On the way. [half of the robot's highest]")
+@common.shown("--seed", type=int, default=0, help="Of planners that sample.")
+@common.shown("--time-limit", type=float, default=TIME_LIMIT, metavar="SECONDS")
+@common.FRAME
+@option("--json", "as_json", is_flag=True, help="Print the outcome as JSON.")
+def plan(scene: str, robot: str | None, out: str | None, frame: str | None, as_json: bool, **options: Any) -> None:
+    """Plan a trajectory in SCENE, a JSON file with objects, from place to place within a robot's limits.
+
+    A PLACE is an object ("box"), a place at one ("above the box", "0.1 m left of the cup", "between the posts"), or
+    x,y,z in metres. At an object that is an obstacle, the path keeps the robot's distance. From words alone, a
+    trajectory is made by ovita adapt SCENE "from the box to the plate, slowly".
+
+    Planners: limits (moves the straight way around obstacles; quick), rrt_connect and rrt_star (sampling, extra
+    planning), mpc (what a rover or drone would really drive), joint (all joints of an arm, extras planning and sim).
+    """
+    surroundings = common.in_frame(load_scene(scene)[0], frame)
+    limits, named, notes = (load_robot(robot), robot, ()) if robot else _own_robot(scene)
+    with common.waiting(f"{options['planner']} plans", quiet=as_json) as tell:
+        found = plan_path(surroundings, robot=limits, progress=tell, **options)
+    lost: tuple[str, ...] = ()
+    if out and found.ok:
+        task = replace(found.task(None if named == "none" else named), path=scene)
+        lost = save_task(out, task)
+    _tell_plan(found, out, as_json)
+    common.show_notes((*notes, *lost))
+    raise SystemExit(0 if found.ok else common.EXIT_REFUSED)
+
+
+def _own_robot(scene: str) -> tuple[Robot, str | None, tuple[str, ...]]:
+    """The robot that a scene's file names, that name, and a note where it is not known; none where it names none."""
+    try:
+        task = load_bare(scene) or load_task(scene)
+    except FormatError:  # no trajectory and no objects
+        return UNLIMITED, None, ()
+    limits, notes = common.own_robot(task)
+    return limits, None if notes else task.robot, notes
+
+
+def generated(
+    bare: Task, instruction: str | None, planner: str, options: dict[str, Any], stages: dict[str, Any], *, as_json: bool
+) -> tuple[Adaptation, Task]:
+    """Plan and adapt from words alone, for `ovita adapt` on a file without a trajectory.
+
+    A question, or a way that cannot be, is told and ends the command.
+    """
+    known = replace(bare, scene=common.in_frame(bare.scene, options["frame"]))
+    text = known.instruction if instruction is None else instruction
+    if not text.strip():
+        hint = f"ovita adapt {bare.path} 'from A to B'"
+        raise RequestError(f"{bare.path} has no trajectory: say from where to where, {hint}")
+    robot = common.robot_from(known, options["robot"], options["max_speed"])
+    with common.waiting(f"{planner} plans", quiet=as_json) as tell:
+        made = from_words(text, known.scene, robot, planner=planner, progress=tell, **stages)
+    if made.adaptation is None or made.plan is None:
+        if as_json:
+            click.echo(json.dumps({"status": made.status, "instruction": text, "message": made.message}))
+        else:
+            common.say(made.message)
+        raise SystemExit(common.EXIT_OF[made.status])
+    return made.adaptation, replace(known, trajectory=made.adaptation.original)
+
+
+def _tell_plan(found: Plan, out: str | None, as_json: bool) -> None:
+    if as_json:
+        click.echo(json.dumps(_document(found), ensure_ascii=False))
+        return
+    common.say(*found.sentences())
+    if found.ok and out:
+        click.echo(f"wrote {common.plain(out)}")
+        click.echo(f'Now change it: ovita adapt {common.plain(out)} "a little higher"')
+
+
+def _document(found: Plan) -> Any:
+    path, motion = found.trajectory, found.motion
+    asked = {"from": found.request.start.label, "via": [anchor.label for anchor in found.request.via]}
+    told = {name: getattr(found, name) for name in ("problems", "notes", "seconds")}
+    ways = {name: getattr(path, name, None) for name in ("length", "duration")}
+    moves = {"joints": getattr(motion, "positions", None), "times": getattr(motion, "times", None)}
+    rows = None if path is None else path.to_array()
+    document = {"ok": found.ok, "planner": found.planner, **asked, "to": found.request.goal.label, **told, **ways}
+    return as_json_value({**document, "trajectory": rows, **moves, "checks": found.checks})
 
 
 @click.command()
