@@ -113,37 +113,34 @@ def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: 
         adapt_file(file, instruction or "", on or "current", outputs, options)
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
-    bare = io.load_bare(file) if options["scene_file"] is None else None
+    bare = common.bare_task(file, options)
     stages: dict[str, Any] = {name: options[name] for name in _STAGES}
     stages |= {"writer": common.writer_from(options), "constraints": common.constraints_from(options)}
     stages["examples"] = not options["no_examples"]
     if bare is not None:
         from ovita.cli.sources_ import generated
 
-        made, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
-        _finish(made, task, options, stages["writer"], outputs)
+        _finish(*generated(bare, instruction, planner, options, stages, as_json=outputs.as_json), options, outputs)
     task = common.task_at(file, options)
     if outputs.trajectory:
         io.rendered(outputs.trajectory, task.trajectory, task.scene, choices=common.choices_from(options))
     if outputs.accepting and instruction is None and io.is_adaptation(file):
         result = _accepted(file)
         report(result, outputs, *_write(result, outputs, task, common.choices_from(options)))
-    text = task.instruction if instruction is None else instruction
-    if instruction is None and not text.strip():
+    if instruction is None and not task.instruction.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
-    request = Request(
-        text, task.trajectory, task.scene, common.robot_from(task, options["robot"], options["max_speed"])
-    )
+    text = task.instruction if instruction is None else instruction
+    robot = common.robot_from(task, options["robot"], options["max_speed"])
     with common.waiting(f"{stages['writer'].name} writes a policy", quiet=outputs.as_json) as tell:
-        result = adapt(request, progress=tell, **stages)
-    _finish(result, task, options, stages["writer"], outputs)
+        result = adapt(Request(text, task.trajectory, task.scene, robot), progress=tell, **stages)
+    _finish(result, task, stages["writer"], options, outputs)
 
 
 _STAGES = ("isolation", "repairs", "time_limit", "explain_with_model")
 
 
 def _finish(
-    result: Adaptation, task: io.Task, options: dict[str, Any], writer: PolicyWriter, outputs: Outputs
+    result: Adaptation, task: io.Task, writer: PolicyWriter, options: dict[str, Any], outputs: Outputs
 ) -> NoReturn:
     """Ask about a proposal, write what was asked for and report."""
     if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):

@@ -22,7 +22,7 @@ import click
 from click import option
 
 from ovita.errors import FormatError, RequestError, RobotError
-from ovita.io import Choices, Task, load_robot, load_task, open_task
+from ovita.io import Choices, Task, load_bare, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
@@ -155,6 +155,12 @@ def choices_from(options: dict[str, Any]) -> Choices:
 def task_at(place: str, options: dict[str, Any]) -> Task:
     """The task of a file or an address, read as the options of `source` say."""
     return open_task(place, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+
+
+def bare_task(file: str, options: dict[str, Any]) -> Task | None:
+    """The task of a file with objects and no trajectory; None for any other, or where --scene names the objects."""
+    bare = load_bare(file) if options["scene_file"] is None else None
+    return bare and replace(bare, scene=in_frame(bare.scene, options["frame"]))
 
 
 def in_frame(scene: Scene, frame: str | None) -> Scene:

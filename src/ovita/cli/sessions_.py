@@ -20,7 +20,7 @@ from click import option
 from ovita.cli import common
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, Task, load_bare, load_robot, save_trajectory, writable
+from ovita.io import WRITTEN, Task, load_robot, save_trajectory, writable
 from ovita.io.files import make_folder, state_folder
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import known_isolation
@@ -61,21 +61,18 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
 
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
-    bare = load_bare(file) if options["scene_file"] is None else None
-    task = (
-        common.task_at(file, options)
-        if bare is None
-        else replace(bare, scene=common.in_frame(bare.scene, options["frame"]))
-    )
+    task = common.bare_task(file, options) or common.task_at(file, options)
     session = _opened(task, journal, options)
     keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
     if resume:
         session = _resumed(session, keeper)
     names = ", ".join(task.scene.names) or "none"
-    held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
+    held, what = f"{len(task.trajectory)} waypoints", "what should change"
+    if session.bare:
+        held, what = "no trajectory yet", "from where to where"
     common.say(f"{file}: {held}; objects: {names}.")
     common.show_notes((*common.notes_on(task, options["robot"]), *common.notes_on_writer(session.writer)))
-    click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
+    click.echo(f"Say {what}, or /help.")
     if keeper is not None and keeper.earlier is not None and not resume:
         click.echo("An earlier talk about this file is kept; /resume goes on with it.")
     session = _talked(session, keeper)
@@ -86,9 +83,8 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
 def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session:
     """A conversation about a task, or the one that a journal holds."""
     robot, writer = common.robot_from(task, options["robot"], options["max_speed"]), common.writer_from(options)
-    session = Session(
-        task.trajectory, task.scene, robot, writer, common.constraints_from(options), options["isolation"]
-    )
+    limits = common.constraints_from(options)
+    session = Session(task.trajectory, task.scene, robot, writer, limits, options["isolation"])
     if journal and os.path.exists(journal):
         session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
         common.say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
@@ -317,11 +313,7 @@ def _write_history(history: Path) -> None:
 def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: Sequence[str]) -> list[str]:
     """What the last word of a line may become: a command, a knob to set, a file, or the rest of an object's name.
 
-    Args:
-        line: Up to the cursor.
-        commands: Without their slash.
-        names: Of objects; one may have several words.
-        knobs: That /set turns.
+    The line goes up to the cursor, commands come without their slash, and an object's name may have several words.
     """
     _, space, last = line.rpartition(" ")
     command = line[1:].partition(" ")[0] if line.startswith(_MARKS) else ""

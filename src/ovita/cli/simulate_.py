@@ -98,10 +98,9 @@ def command(
     reports = {pane.label: pane.simulation.report for pane in panes}
     if as_json:
         click.echo(json.dumps({label: told.to_dict() for label, told in reports.items()}, indent=2))
-    else:
-        for label, told in reports.items():
-            click.echo(f"\n{label}: {told.status}")
-            say(*(f"  {sentence}" for sentence in told.sentences()))
+    for label, told in () if as_json else reports.items():
+        click.echo(f"\n{label}: {told.status}")
+        say(*(f"  {sentence}" for sentence in told.sentences()))
     if video is not None:
         axes = sim.WorldTransform(scene.frame)
         with _bar("rendering", quiet=as_json) as progress:

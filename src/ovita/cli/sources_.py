@@ -27,6 +27,7 @@ from ovita.sources.planner import plan as plan_path
 from ovita.sources.skills import COVARIANCE, KINDS, GeneratedPath, Skill, SkillKind
 from ovita.sources.words import from_words
 from ovita.text import counted, length
+from ovita.writers.base import PolicyWriter
 
 if TYPE_CHECKING:
     from ovita.cli.adapt_ import Outputs
@@ -81,26 +82,25 @@ def _own_robot(scene: str) -> tuple[Robot, str | None, tuple[str, ...]]:
 
 def generated(
     bare: Task, instruction: str | None, planner: str, options: dict[str, Any], stages: dict[str, Any], *, as_json: bool
-) -> tuple[Adaptation, Task]:
+) -> tuple[Adaptation, Task, PolicyWriter]:
     """Plan and adapt from words alone, for `ovita adapt` on a file without a trajectory.
 
     A question, or a way that cannot be, is told and ends the command.
     """
-    known = replace(bare, scene=common.in_frame(bare.scene, options["frame"]))
-    text = known.instruction if instruction is None else instruction
+    text = bare.instruction if instruction is None else instruction
     if not text.strip():
         hint = f"ovita adapt {bare.path} 'from A to B'"
         raise RequestError(f"{bare.path} has no trajectory: say from where to where, {hint}")
-    robot = common.robot_from(known, options["robot"], options["max_speed"])
+    robot = common.robot_from(bare, options["robot"], options["max_speed"])
     with common.waiting(f"{planner} plans", quiet=as_json) as tell:
-        made = from_words(text, known.scene, robot, planner=planner, progress=tell, **stages)
+        made = from_words(text, bare.scene, robot, planner=planner, progress=tell, **stages)
     if made.adaptation is None or made.plan is None:
         if as_json:
             click.echo(json.dumps({"status": made.status, "instruction": text, "message": made.message}))
         else:
             common.say(made.message)
         raise SystemExit(common.EXIT_OF[made.status])
-    return made.adaptation, replace(known, trajectory=made.adaptation.original)
+    return made.adaptation, replace(bare, trajectory=made.adaptation.original), stages["writer"]
 
 
 def _tell_plan(found: Plan, out: str | None, as_json: bool) -> None:

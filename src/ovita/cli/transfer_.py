@@ -141,8 +141,7 @@ def send(
     convert writes. With --type joints, a topic takes a JointTrajectory, and an action
     ros2:/CONTROLLER/follow_joint_trajectory is followed to its end; Ctrl-C cancels it.
     """
-    in_joints, arm = options["kind"] == "joints", ArmChoice.taken(options)
-    choices = common.choices_from(options)
+    arm, choices = ArmChoice.taken(options), common.choices_from(options)
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
@@ -157,10 +156,9 @@ def send(
     if not found.released:
         refuse(found, place, journal, about)
         raise SystemExit(common.EXIT_REFUSED)
-    result, motion = found.result, None
-    if in_joints:
-        motion = _as_joints(found, place, arm, journal, about)
-    elif not is_address(place):
+    motion = _as_joints(found, place, arm, journal, about) if options["kind"] == "joints" else None
+    if motion is None and not is_address(place):
+        result = found.result
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
         click.echo("\nIt may be sent; nothing was (--dry-run).")

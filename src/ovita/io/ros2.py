@@ -157,10 +157,8 @@ def capture(
 ) -> tuple[TopicMessage, ...]:
     """Listen to several topics until there is enough, or the address's time is up.
 
-    Args:
-        address: Its topic must be published; the rest are those that go with it.
-        choose: Picks the topics to listen to from all that are published, with their types.
-        enough: Whether what came so far will do.
+    The address's topic must be published; `choose` picks the topics to listen to from all that are, with their types,
+    and `enough` says whether what came so far will do.
 
     Raises:
         LinkError: If nobody publishes the address's topic.

@@ -70,10 +70,7 @@ def noise_of(positions: Array) -> float:
 def smoothed(times: Array, positions: Array, turns: Array | None = None) -> Smoothed:
     """A recorded motion as a trajectory, by the method above.
 
-    Args:
-        times: (N,) [s], strictly increasing, N >= `FEWEST`.
-        positions: (N, 3) [m].
-        turns: Unit quaternions (N, 4) wxyz, or None.
+    Times (N,) [s] increase strictly, N >= `FEWEST`; positions are (N, 3) [m], turns unit quaternions (N, 4) wxyz.
 
     Raises:
         TrajectoryError: If it does not move.

@@ -98,11 +98,9 @@ def planar(paths: Sequence[Trajectory]) -> bool:
 
 
 def tube(path: Array, covariance: Array) -> Array:
-    """Rings (N, 24, 3) [m] around a path: what lies within two standard deviations across its direction.
+    """Rings (N, 24, 3) [m] around a path (N, 3) [m]: what lies within two standard deviations across its direction.
 
-    Args:
-        path: (N, 3) [m].
-        covariance: Rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
+    The covariance has rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
     """
     along = np.gradient(path, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
@@ -194,14 +192,10 @@ def place_labels(
     *,
     scale: float = 1.0,
 ) -> list[Placed]:
-    """Choose a place for each label, one after the other, where it covers least.
+    """Choose a place for each label, one after the other, where it covers least; all in pixels.
 
-    Args:
-        boxes: Lower and upper corner (2,) of each object in the picture [pixels].
-        sizes: Width and height of each label [pixels].
-        busy: Points (K, 2) that labels should not cover, such as those of the paths [pixels].
-        area: Lower and upper corner (2,) that labels should stay in [pixels].
-        scale: Pixels per point, by which gaps grow.
+    Boxes are the lower and upper corner (2,) of each object, sizes width and height of each label. Labels should not
+    cover `busy` points (K, 2), and stay in the corners of an area. Gaps grow by the scale, pixels per point.
     """
     placed: list[Placed] = []
     taken: list[tuple[float, tuple[Array, Array]]] = []

@@ -155,10 +155,8 @@ def load_model(
 ) -> RobotModel:
     """Read a shipped robot by its name, a robot of one's own from a .toml file, or a model file or folder as it is.
 
-    Args:
-        name: Of the robot, or its file or folder.
-        tip: The site or body that follows trajectories, in place of the file's.
-        ignore_contacts: More pairs of links that may touch each other, each as "LINK,LINK".
+    The tip is the site or body that follows trajectories, in place of the file's; `ignore_contacts` are more pairs of
+    links that may touch each other, each as "LINK,LINK".
 
     Raises:
         RobotError: If there is no such robot or its file is malformed; names the file and the key.

@@ -49,13 +49,8 @@ def route(trajectory: Trajectory, *, corner: float, stop_angle: float, spacing: 
     """Split a trajectory into moves and dwells.
 
     A robot rests at the start, at the goal, at waypoints with speed 0 and where the path turns by more than
-    `stop_angle`. Every other corner is rounded so that the path stays within about `corner` of it.
-
-    Args:
-        trajectory: In any frame.
-        corner: Greatest distance from the path at a corner [m].
-        stop_angle: [rad].
-        spacing: Of the samples, at most [m]; wider on paths that are very long.
+    `stop_angle` [rad]. Every other corner is rounded so that the path stays within about `corner` [m] of it. Samples
+    are at most `spacing` [m] apart, more on paths that are very long.
     """
     positions, speeds, durations = trajectory.positions, trajectory.speeds, trajectory.durations
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
@@ -193,13 +188,8 @@ def timed(arc: Array, where: Array, coordinates: Array, allowed: Array, velocity
     The law is a bound on the speed along the path, the limits are bounds on every coordinate; the fastest motion under
     both, from rest to rest, is found by TOPP-RA (Pham and Pham, IEEE T-RO 34(3), 2018).
 
-    Args:
-        arc: (M,) path length, ascending [m].
-        where: (M,) place on the trajectory.
-        coordinates: (M, D).
-        allowed: (M,) speed along the path that the law asks for [m/s].
-        velocity: (D,) limits on the rates of the coordinates.
-        acceleration: (D,) limits on their second derivatives.
+    At path lengths `arc` (M,) [m], ascending, are places on the trajectory `where` (M,), coordinates (M, D) and speeds
+    along the path that the law allows (M,) [m/s]; velocity and acceleration (D,) limit the coordinates' derivatives.
     """
     import toppra
     from toppra import algorithm, constraint

@@ -95,15 +95,15 @@ def check_video(path: str) -> None:
         MissingExtra: If the video packages are not installed.
         NoRenderer: If no offscreen OpenGL works.
     """
-    if os.path.splitext(path)[1].lower() not in SUFFIXES:
-        raise FormatError(path, f"videos are written as {', '.join(SUFFIXES)}")
     folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise FormatError(path, "cannot be written: its folder does not exist")
-    if os.path.isdir(path):
-        raise FormatError(path, "this is a folder; name a file in it")
-    if not os.access(folder, os.W_OK):
-        raise FormatError(path, "no permission to write here; choose another folder")
+    wrong = {
+        f"videos are written as {', '.join(SUFFIXES)}": os.path.splitext(path)[1].lower() not in SUFFIXES,
+        "cannot be written: its folder does not exist": not os.path.isdir(folder),
+        "this is a folder; name a file in it": os.path.isdir(path),
+        "no permission to write here; choose another folder": not os.access(folder, os.W_OK),
+    }
+    for problem in [problem for problem, holds in wrong.items() if holds]:
+        raise FormatError(path, problem)
     require("PIL", "matplotlib", "imageio_ffmpeg")
     if render.backend() == "disable":
         raise render.NoRenderer

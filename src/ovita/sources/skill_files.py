@@ -16,8 +16,8 @@ from ovita.io.json_ import SKILL_SCHEMA, check_values, dumps, parse_object
 from ovita.paths.trajectory import TIMESTEP, Array
 from ovita.sources.dmp import BASES as DMP_BASES
 from ovita.sources.dmp import Dmp
-from ovita.sources.promp import BASES as PROMP_BASES
-from ovita.sources.promp import Promp
+from ovita.sources.probabilistic import BASES as PROMP_BASES
+from ovita.sources.probabilistic import Promp
 from ovita.sources.skills import Model, Moments, Skill, SkillKind
 from ovita.sources.tpgmm import Mixture
 

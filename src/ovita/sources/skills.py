@@ -22,9 +22,8 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, interpolate
 from ovita.sources import taskframes
 from ovita.sources.dmp import Dmp
-from ovita.sources.kmp import Via, conditioned, led
 from ovita.sources.places import locate, read_place
-from ovita.sources.promp import Promp
+from ovita.sources.probabilistic import Promp, Via, conditioned, led
 from ovita.sources.tpgmm import Mixture
 from ovita.text import counted, length, point
 
