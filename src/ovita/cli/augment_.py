@@ -195,11 +195,10 @@ def _rejected(rejected: Mapping[str, int]) -> list[str]:
 
 def _lines(sample: AugmentedSample) -> list[str]:
     others = "; ".join(sample.paraphrases[:3])
-    return [
-        f"[{sample.index}] {sample.instruction!r} ({sample.family}, {sample.split}, {sample.verdict}; {sample.source})",
-        f"    also: {others}" if others else "    no paraphrases",
-        f"    check: {sample.measured.get('sentence', '')}",
-    ]
+    about = f"{sample.family}, {sample.split}, {sample.verdict}; {sample.source}"
+    also = f"    also: {others}" if others else "    no paraphrases"
+    check = f"    check: {sample.measured.get('sentence', '')}"
+    return [f"[{sample.index}] {sample.instruction!r} ({about})", also, check]
 
 
 def _one(sample: AugmentedSample, out: str | None, picture: str | None, as_json: bool) -> None:

@@ -58,22 +58,13 @@ def _application(given: dict[str, Any]) -> Application:
     for place in given["places"]:
         if not is_address(place) and not Path(place).is_absolute():
             raise RequestError(f"--allow-send {place}: name an address such as ros2:/plan, or a whole path of a file")
-    rules = AccessRules(
-        folders=tuple(folder.resolve() for folder in given["folders"]),
-        outputs=tuple(folder.resolve() for folder in given["outputs"]),
-        robots=_robots(given["robots"]),
-        idle=given["idle_minutes"] * 60.0,
-        **{name: given[name] for name in ("places", "waypoints", "tasks", "request_bytes", "rate")},
-    )
+    below: dict[str, Any] = {name: tuple(folder.resolve() for folder in given[name]) for name in ("folders", "outputs")}
+    as_said = {name: given[name] for name in ("places", "waypoints", "tasks", "request_bytes", "rate")}
+    rules = AccessRules(**below, **as_said, robots=_robots(given["robots"]), idle=given["idle_minutes"] * 60.0)
     folder = given["sessions"] or default_folder() / "tasks"
-    return Application(
-        rules,
-        folder,
-        AuditLog(given["audit"] or folder.parent / "audit.jsonl"),
-        writer_from(given),
-        known_isolation(given["isolation"]),
-        given["sent_log"],
-    )
+    audit = AuditLog(given["audit"] or folder.parent / "audit.jsonl")
+    isolation = known_isolation(given["isolation"])
+    return Application(rules, folder, audit, writer_from(given), isolation, given["sent_log"])
 
 
 def _robots(names: tuple[str, ...]) -> dict[str, Robot]:

@@ -387,12 +387,9 @@ def studio(
     from ovita.studio import Studio, StudioSettings
     from ovita.studio.sessions import default_folder
 
-    template = Session(
-        Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),
-        robot=load_robot(robot or "none"),
-        writer=common.writer_from(options),
-        isolation=known_isolation(options["isolation"]),
-    )
+    limits, writer, isolation = load_robot(robot or "none"), common.writer_from(options), options["isolation"]
+    begun = Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1])
+    template = Session(begun, robot=limits, writer=writer, isolation=known_isolation(isolation))
     server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"
     told = "" if made or not token else "; it asks for the token"

@@ -201,14 +201,9 @@ def generate(file: str, robot: str, repair: bool, out: str | None, as_json: bool
     """
     limits = common.slowed(load_robot(robot), options["max_speed"])
     skill = Skill.load(file)
-    asked = skill.generate(
-        options["start"],
-        options["goal"],
-        [_via(text) for text in options["via"]],
-        scene=_scene_of(skill, options["scene_file"], options["frame"]),
-        waypoints=options["waypoints"],
-        robot=limits,
-    )
+    scene = _scene_of(skill, options["scene_file"], options["frame"])
+    places = options["start"], options["goal"], list(map(_via, options["via"]))
+    asked = skill.generate(*places, scene=scene, waypoints=options["waypoints"], robot=limits)
     made, judged = checked(asked, limits, repair=repair, obstacles=not options["no_obstacles"])
     lost = save_task(out, made.task()) if out else ()
     if as_json:
@@ -274,16 +269,9 @@ def adapt_file(file: str, instruction: str, on: FeedbackOn, outputs: Outputs, op
     from ovita.cli.adapt_ import draw, report
     from ovita.sources.adapted_skills import adapt_skill
 
-    skill = Skill.load(file)
-    edited = adapt_skill(
-        skill,
-        instruction,
-        on=on,
-        robot=common.slowed(load_robot(options["robot"] or "none"), options["max_speed"]),
-        writer=common.writer_from(options),
-        constraints=common.constraints_from(options),
-        accepting=outputs.accepting,
-    )
+    skill, robot = Skill.load(file), common.slowed(load_robot(options["robot"] or "none"), options["max_speed"])
+    how: dict[str, Any] = {"writer": common.writer_from(options), "constraints": common.constraints_from(options)}
+    edited = adapt_skill(skill, instruction, on=on, robot=robot, accepting=outputs.accepting, **how)
     result, made, lost = edited.result, edited.skill.generate().task(instruction), tuple[str, ...]()
     if not result.usable:
         report(result, outputs, (), (), edited.notes)

@@ -86,6 +86,7 @@ WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, *B
 READ = WRITTEN
 """Endings of the files that trajectories are read from; so are folders with a ROS 2 bag or a LeRobot data set."""
 
+_EMPTY = Scene()
 _PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
 
 
@@ -319,9 +320,7 @@ def save_trajectory(
         from ovita.io import bags
 
         with errors_of(path):
-            return bags.save_folder(
-                path, trajectory, Scene() if scene is None else scene, choices, " ".join(verdict.split())
-            )
+            return bags.save_folder(path, trajectory, scene or _EMPTY, choices, " ".join(verdict.split()))
     content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
     atomic_write(path, content)
     return notes
@@ -338,8 +337,7 @@ def rendered(
     verdict: str = "",
 ) -> tuple[str | bytes, tuple[str, ...]]:
     """What `save_trajectory` writes, and its notes, without writing a file."""
-    file, ending = file_name(path), suffix(path)
-    scene = Scene() if scene is None else scene
+    file, ending, scene = file_name(path), suffix(path), scene or _EMPTY
     verdict = " ".join(verdict.split())
     if ending == ".json":
         carried = {**(extra or {}), VERDICT: verdict} if verdict else extra
@@ -358,13 +356,19 @@ def rendered(
             return mission_files.dumps(file, trajectory, scene, choices, verdict, plan=ending == ".plan")
         if ending in WRITTEN:
             return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
-        dumps = _of_a_plugin(ending, "dumps")
-        if dumps is None:
-            raise _unknown_suffix(path, "writes")
-        content = dumps(trajectory, scene)
-        if not isinstance(content, str | bytes):
-            raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
-        return content, ()
+        return _written_by_a_plugin(path, ending, trajectory, scene), ()
+
+
+def _written_by_a_plugin(
+    path: str | os.PathLike[str], ending: str, trajectory: Trajectory, scene: Scene
+) -> str | bytes:
+    dumps = _of_a_plugin(ending, "dumps")
+    if dumps is None:
+        raise _unknown_suffix(path, "writes")
+    content = dumps(trajectory, scene)
+    if not isinstance(content, str | bytes):
+        raise FormatError(file_name(path), f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
+    return content
 
 
 def _table(

@@ -24,7 +24,7 @@ from ovita.io.files import errors_of, reason
 from ovita.io.geodesy import Home
 from ovita.io.links import Address
 from ovita.io.mission_checks import remarks
-from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, mission_from, numbered, task_of
+from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, home_of, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -69,10 +69,7 @@ def download(address: Address, home: Home | None, heading: float | None = None) 
     with contextlib.closing(Vehicle(address)) as vehicle:
         items = [_item(message) for message in _fetch_all(vehicle)]
         listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
-        if home is None and listed is not None:
-            latitude, longitude, altitude = (value or 0.0 for value in listed.params[4:])
-            home = Home(latitude, longitude, altitude) if (latitude, longitude) != (0.0, 0.0) else None
-        home = home or _home(vehicle)
+        home = home or home_of(listed) or _home(vehicle)
     if home is None:
         raise LinkError(f"{address}: the vehicle knows no home position; say --home latitude,longitude,altitude")
     with errors_of(str(address)):

@@ -16,7 +16,7 @@ from ovita.io.geodesy import Home
 from ovita.io.json_ import check_values, parse_object
 from ovita.io.json_ import dumps as json_dumps
 from ovita.io.mission_checks import remarks
-from ovita.io.missions import DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, mission_from, numbered, task_of
+from ovita.io.missions import DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, home_of, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -142,19 +142,12 @@ def parse_wpl(content: str, file: str, home: Home | None = None, heading: float 
     has_home = bool(items) and items[0].command == WAYPOINT and items[0].frame == GLOBAL
     listed = items.pop(0) if has_home else None
     with errors_of(file):
-        home = home or _home_of(listed)
+        home = home or home_of(listed)
         if home is None:
             problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
             raise FormatError(file, problem)
         about = replace(home, heading=heading)
         return task_of(Mission(about, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
-
-
-def _home_of(listed: Item | None) -> Home | None:
-    latitude, longitude, altitude = listed.params[4:] if listed else (None, None, None)
-    if latitude is None or longitude is None or latitude == longitude == 0.0:
-        return None
-    return Home(latitude, longitude, altitude)
 
 
 def dumps_wpl(mission: Mission) -> str:

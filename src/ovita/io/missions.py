@@ -133,6 +133,14 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
     return [_renumbered(item, places) for item in items]
 
 
+def home_of(listed: Item | None) -> Home | None:
+    """The home in the item that some files and vehicles list first, or None where it says none."""
+    latitude, longitude, altitude = listed.params[4:] if listed else (None, None, None)
+    if latitude is None or longitude is None or latitude == longitude == 0.0:
+        return None
+    return Home(latitude, longitude, altitude)
+
+
 def _renumbered(item: Item, places: Mapping[int, int]) -> Item:
     """The item; a jump points at the sequence number of what it named."""
     target = item.params[0]

@@ -106,19 +106,13 @@ def simulate(
     free = ready.model.controller != "arm"
     plant = None if disturbances.calm else Plant(ready.stage, disturbances, ready.world.signs, free)
     log = _run(ready.stage, ready.controller, plant, progress)
-    report = assess(
-        ready.model,
-        ready.controller.intent,
-        log,
-        ready.path,
-        ready.base,
-        oriented=ready.model.controller == "arm" and orientation == "auto" and trajectory.orientations is not None,
-        meant={scene[name].name for name in contacts if name in scene},
-    )
+    oriented = not free and orientation == "auto" and trajectory.orientations is not None
+    meant, intent = {scene[name].name for name in contacts if name in scene}, ready.controller.intent
+    report = assess(ready.model, intent, log, ready.path, ready.base, oriented=oriented, meant=meant)
     if plant is not None:
         report = replace(report, notes=(disturbances.told, *report.notes))
-    plan = ready.controller.intent.plan
-    return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states), plan, np.array(log.frames))
+    states, frames = np.array(log.states), np.array(log.frames)
+    return Simulation(_motion(ready, log), report, ready.stage, states, intent.plan, frames)
 
 
 def preview(
@@ -298,13 +292,7 @@ def _touches(stage: SimWorld, data: Any, step: int, found: dict[tuple[str, ...],
 
 def _motion(ready: _Ready, log: Log) -> Motion:
     plan, world, frames = ready.controller.intent.plan, ready.world, np.array(log.frames)
-    return Motion(
-        ready.stage.names,
-        plan.times[frames],
-        np.array([place for place, _ in log.poses]) * world.signs,
-        world.turned(np.array([turn for _, turn in log.poses])),
-        plan.where[frames],
-        ready.path.time_at(plan.where[frames]),
-        log.tips[frames] * world.signs,
-        ready.stage.shapes(),
-    )
+    places, turns = (np.array(part) for part in zip(*log.poses, strict=True))
+    poses, where = (places * world.signs, world.turned(turns)), plan.where[frames]
+    asked, tips = ready.path.time_at(where), log.tips[frames] * world.signs
+    return Motion(ready.stage.names, plan.times[frames], *poses, where, asked, tips, ready.stage.shapes())

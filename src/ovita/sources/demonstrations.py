@@ -114,11 +114,11 @@ def compared(tasks: Sequence[Task], seen: Sequence[Array]) -> tuple[str, ...]:
     middle = int(np.argmin(np.minimum(forward, backward).sum(axis=1)))
     _same_direction(tasks, backward[middle] < BACKWARDS * forward[middle])
     usual = max(float(np.median(np.delete(forward[middle], middle))) if len(tasks) > 1 else 0.0, 0.02 * sizes.max())
+    far = [(task, gap) for task, gap in zip(tasks, forward[middle], strict=True) if gap > APART * usual]
     return tuple(
-        f"{task.path} lies {length(forward[middle, i])} from {tasks[middle].path} on average, "
-        f"{forward[middle, i] / usual:.0f} times as far as is usual; leave it out if it shows something else"
-        for i, task in enumerate(tasks)
-        if forward[middle, i] > APART * usual
+        f"{task.path} lies {length(gap)} from {tasks[middle].path} on average, {gap / usual:.0f} times as far as is "
+        "usual; leave it out if it shows something else"
+        for task, gap in far
     )
 
 

@@ -234,11 +234,8 @@ def _timed(name: str, request: PlanRequest, cell: Cell, corners: Array, started:
     speeds = limit_speeds(piece.speeds * steps, tips, dynamics(request.robot, options))
     path = Trajectory(tips, speeds)
     checks = verify(path, request.scene, request.robot, proposed=path, original=path, options=options)
-    problems = tuple(
-        f"The tip breaks the {c.name} limit ({c.limit}) by {number(c.violation_after)} {c.unit}; try another seed."
-        for c in checks
-        if not c.held
-    )
+    broken = [(f"{c.name} limit ({c.limit})", f"{number(c.violation_after)} {c.unit}") for c in checks if not c.held]
+    problems = tuple(f"The tip breaks the {limit} by {amount}; try another seed." for limit, amount in broken)
     times = np.maximum.accumulate(path.times + 1e-6 * np.arange(len(path)))
     motion = JointMotion(cell.stage.joints, joints, times, None, request.scene.frame)
     b = cell.base
