@@ -109,14 +109,10 @@ def _tasks(folder: str | os.PathLike[str]) -> dict[Any, str]:
     """What is to be done, by its number; empty where the data set does not say."""
     path, lines = Path(folder, "meta", "tasks.parquet"), Path(folder, "meta", "tasks.jsonl")
     if path.is_file():
-        tasks = _parquet(path, None)
-        named = next((name for name in ("task", "__index_level_0__") if name in tasks.column_names), None)
-        if named is None or "task_index" not in tasks.column_names:
-            return {}
-        return dict(zip(tasks["task_index"].to_pylist(), map(str, tasks[named].to_pylist()), strict=True))
-    if not lines.is_file():
-        return {}
-    parsed = [parse_object(line, file_name(lines)) for line in read_text(lines).splitlines() if line.strip()]
+        rows = [{"task": row.get("__index_level_0__"), **row} for row in _parquet(path, None).to_pylist()]
+        return {row["task_index"]: str(row["task"]) for row in rows if "task_index" in row and row["task"] is not None}
+    written = read_text(lines).splitlines() if lines.is_file() else []
+    parsed = [parse_object(line, file_name(lines)) for line in written if line.strip()]
     return {one.get("task_index"): str(one.get("task") or "") for one in parsed}
 
 
@@ -137,10 +133,8 @@ def _feature(folder: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
     file, document = file_name(os.path.join(folder, *DATA_SET_INFO)), _info(folder)
     features = validated(dict[str, dict[str, Any]], document.get("features"), file, "features")
     named = {name: _names(feature.get("names")) for name, feature in features.items()}
-    order = [name for name in _FIRST if name in named]
-    order += sorted(named.keys() - _FIRST)
-    for name in order:
-        short = _shortened(named[name])
+    order = [*(name for name in _FIRST if name in named), *sorted(named.keys() - _FIRST)]
+    for name, short in ((name, _shortened(named[name])) for name in order):
         if set(_XYZ) <= set(short):
             return name, short
     states = [name for name in order if named[name] and "image" not in name]

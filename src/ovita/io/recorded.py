@@ -155,7 +155,7 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
         edges.setdefault(edge, set()).add((place.x, place.y, place.z))
     parent, child = _frames(edges, frames)
     below = _moved_by(child, edges)
-    tree, stamps, rows, turns, logged = Transforms(), [], [], [], []
+    tree, times, rows, turns = Transforms(), [], [], []
     for at, one in flat:
         tree.add([one])
         found = tree.between(child, parent) if named(one.child_frame_id) == below else None
@@ -164,12 +164,11 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
             unset = turn.w == turn.x == turn.y == turn.z == 0
             rows.append(found[0][:3, 3])
             turns.append(np.zeros(4) if unset else quaternion(found[0][:3, :3]))
-            stamps.append(stamp_ns(one.header.stamp))
-            logged.append(at)
-    several = len(edges) > 1
-    notes = (f"the path of {child} in {parent}, by the transforms between them",) if several else ()
-    own = np.array(stamps if len(set(stamps)) > 1 else logged, dtype=np.int64)
-    return PoseSeries(own, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
+            times.append((stamp_ns(one.header.stamp), at))
+    notes = (f"the path of {child} in {parent}, by the transforms between them",) if len(edges) > 1 else ()
+    own, logged = np.array(times, dtype=np.int64).reshape(-1, 2).T
+    stamps = own if len(set(own.tolist())) > 1 else logged
+    return PoseSeries(stamps, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
 
 
 def _moved_by(frame: str, edges: dict[tuple[str, str], set[Any]]) -> str:

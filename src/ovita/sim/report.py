@@ -126,9 +126,9 @@ def _within(error: float, tolerance: float) -> str:
 
 def _unreachable(items: tuple[Unreachable, ...]) -> str:
     worst = max(items, key=lambda item: item.distance)
-    waypoints = np.array([item.waypoint + 1 for item in items])
-    stretches = np.split(waypoints, np.flatnonzero(np.diff(waypoints) != 1) + 1)
-    which = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in stretches)
+    numbers = np.array([item.waypoint + 1 for item in items])
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    which = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
     far = f"waypoint {worst.waypoint + 1}, {length(worst.distance)} away: {worst.reason}"
     return f"{counted(len(items), 'waypoint')} cannot be reached ({which}); the worst is {far}."
 
