@@ -335,10 +335,17 @@ def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequen
     fits = {topic: name for topic, name in known.items() if not topic.endswith("tf_static")}
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topic not in known:
-            is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
-            raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
-        return topic, known[topic]
+        if topic in known:
+            return topic, known[topic]
+        is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
+        raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
+    return _first(fits, tiers, what, topics, file)
+
+
+def _first(
+    fits: Mapping[str, str], tiers: Sequence[Sequence[str]], what: str, topics: Mapping[str, str], file: str
+) -> tuple[str, str]:
+    """The only topic of the first of some types that there is."""
     of_tiers = ([pair for pair in fits.items() if pair[1] in names] for names in tiers)
     first = next(filter(None, of_tiers), [])
     if not first:

@@ -281,13 +281,7 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     """
     if not isinstance(document, Mapping):
         raise SceneError(f"the scene is {show(document)}, expected a table with objects")
-    known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
-    try:
-        read = validated(_SceneDocument, known, "")
-    except FormatError as error:
-        raise SceneError(error.problem, key=error.key, index=error.index) from None
-    if read.environment and read.Env_descp and read.environment != read.Env_descp:
-        raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
+    read = _scene_document(document)
     said, structure = _constraints(document.get("constraints") or "")
     others = {key: value for key, value in document.items() if key not in SCENE_KEYS} | structure
     if PUBLIC_ENVIRONMENT in document and not read.environment:
@@ -295,6 +289,17 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     objects = tuple(_objects(read.objects or (), document))
     frame = RFU if read.frame is None else _frame(read.frame)
     return Scene(objects, frame, read.environment or read.Env_descp or "", said, others)
+
+
+def _scene_document(document: Mapping[str, Any]) -> _SceneDocument:
+    known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
+    try:
+        read = validated(_SceneDocument, known, "")
+    except FormatError as error:
+        raise SceneError(error.problem, key=error.key, index=error.index) from None
+    if read.environment and read.Env_descp and read.environment != read.Env_descp:
+        raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
+    return read
 
 
 def _constraints(given: object) -> tuple[str, dict[str, Any]]:
