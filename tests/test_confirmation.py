@@ -163,7 +163,7 @@ def run(monkeypatch, tmp_path):
     scene = {"trajectory": [[0, 0, 0, 0.4], [1, 0, 0, 0.4]], "objects": [{"name": "cup", "x": 0.5, "y": 0.3, "z": 0}]}
     (tmp_path / "scene.json").write_text(json.dumps(scene))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("ovita.cli.adapt_.writer_from", lambda *a, **k: Unsure())
+    monkeypatch.setattr("ovita.cli.common.writer_from", lambda *a, **k: Unsure())
 
     def call(*arguments, answer="", terminal=False):
         monkeypatch.setattr("ovita.cli.adapt_._on_a_terminal", lambda: terminal)

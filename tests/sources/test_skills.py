@@ -11,8 +11,8 @@ from ovita.io import Task
 from ovita.paths.geometry import path_distances
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.sources.kmp import LENGTH
 from ovita.sources.learning import learn
+from ovita.sources.probabilistic import LENGTH
 from ovita.sources.skills import KINDS, Skill
 from ovita.sources.taskframes import rotation
 

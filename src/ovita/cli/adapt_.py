@@ -13,44 +13,15 @@ from importlib.util import find_spec
 from typing import Any, NoReturn
 
 import click
+from click import option
 from click.core import ParameterSource
 
+from ovita import io
 from ovita.chain import REPAIRS, TIME_LIMIT, adapt
-from ovita.cli.common import (
-    EXIT_OF,
-    called,
-    check_writable,
-    choices_from,
-    constraints_from,
-    notes_on,
-    notes_on_writer,
-    own_robot,
-    plain,
-    robot_from,
-    shared,
-    shipped_task,
-    show,
-    show_notes,
-    source,
-    task_at,
-    waiting,
-    writer_from,
-)
+from ovita.cli import common
+from ovita.cli.common import shown, source
 from ovita.errors import FormatError, RequestError
 from ovita.gate import explained
-from ovita.io import (
-    WRITTEN,
-    Choices,
-    Task,
-    is_adaptation,
-    is_skill,
-    load_bare,
-    load_robot,
-    rendered,
-    save_task,
-    save_trajectory,
-    writable,
-)
 from ovita.io.files import make_folder
 from ovita.io.waypoints import covariance_rows
 from ovita.paths.robot import UNLIMITED, Robot
@@ -88,8 +59,8 @@ class Outputs:
         """Refuse what cannot be written, or over its source, before anything is, so that no half is left behind."""
         if self.picture:
             check_picture(self.picture)
-        if self.trajectory and not writable(self.trajectory):
-            raise FormatError(self.trajectory, f"trajectories are written as {', '.join(WRITTEN)}")
+        if self.trajectory and not io.writable(self.trajectory):
+            raise FormatError(self.trajectory, f"trajectories are written as {', '.join(io.WRITTEN)}")
         if self.result and not self.result.lower().endswith(".json"):
             problem = "a result is JSON; name a .json file, or use --trajectory for the adapted trajectory alone"
             raise FormatError(self.result, problem)
@@ -97,7 +68,7 @@ class Outputs:
         for twice in [path for path, count in named.items() if count > 1]:
             raise FormatError(twice, "is named twice, so one would overwrite the other; name another file")
         for path in self.files:
-            check_writable(path)
+            common.check_writable(path)
 
 
 _ABOUT_OUTPUT = [item.name for item in fields(Outputs)]
@@ -106,39 +77,26 @@ _ABOUT_OUTPUT = [item.name for item in fields(Outputs)]
 @click.command()
 @click.argument("file", metavar="FILE")
 @click.argument("instruction", required=False)
-@click.option("--out", "-o", "result", metavar="FILE", help="Write the whole result (JSON).")
-@click.option(
-    "--trajectory", metavar="FILE", help="Write the adapted trajectory, in any format that ovita convert writes."
-)
-@click.option("--plot", "picture", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
-@click.option("--code", is_flag=True, help="Also print the policy.")
-@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
-@click.option(
+@option("--out", "-o", "result", metavar="FILE", help="Write the whole result (JSON).")
+@option("--trajectory", metavar="FILE", help="Write the adapted trajectory, in any format that ovita convert writes.")
+@option("--plot", "picture", metavar="FILE", help="Draw before and after (.png, .svg, .pdf or .html).")
+@option("--code", is_flag=True, help="Also print the policy.")
+@option("--json", "as_json", is_flag=True, help="Print the result as JSON instead of a report.")
+@shown(
     "--time-limit",
     type=float,
     default=TIME_LIMIT,
-    show_default=True,
     metavar="SECONDS",
     help="For writing the policy, all writers and repairs together.",
 )
-@click.option("--repairs", type=int, default=REPAIRS, show_default=True, help="How often a failing policy goes back.")
-@click.option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
-@click.option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
-@click.option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
-@click.option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
-@click.option("--planner", default="limits", show_default=True, help="Where FILE has no trajectory: see ovita plan.")
-@shared
-def command(
-    file: str,
-    instruction: str | None,
-    time_limit: float,
-    repairs: int,
-    explain_with_model: bool,
-    on: FeedbackOn | None,
-    no_examples: bool,
-    planner: str,
-    **options: Any,
-) -> None:
+@shown("--repairs", type=int, default=REPAIRS, help="How often a failing policy goes back.")
+@option("--explain-with-model", is_flag=True, help="Let a model that wrote the policy also word the explanation.")
+@option("--accept", "accepting", is_flag=True, help="Do what was understood without asking; see below.")
+@option("--on", type=click.Choice(["current", "original"]), help="Of a skill: as it is now, or as it was shown.")
+@option("--no-examples", is_flag=True, help="Leave the examples out of a model's prompt (ablation).")
+@shown("--planner", default="limits", help="Where FILE has no trajectory: see ovita plan.")
+@common.shared
+def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: str, **options: Any) -> None:
     """Adapt the trajectory in FILE (see ovita convert for the formats) to INSTRUCTION (default: the one in FILE).
 
     If FILE is a skill of `ovita learn`, its mean is adapted and --out is the skill there, with its variance.
@@ -149,53 +107,46 @@ def command(
     """
     outputs = Outputs(**{name: options.pop(name) for name in _ABOUT_OUTPUT})
     outputs.check(file)
-    choices = choices_from(options)
-    if is_skill(file):
-        from ovita.cli.skills_ import adapt_file
+    if io.is_skill(file):
+        from ovita.cli.sources_ import adapt_file
 
         adapt_file(file, instruction or "", on or "current", outputs, options)
     if on is not None:
         raise RequestError(f"--on is for skills; in a conversation say it: ovita chat {file}")
-    bare = load_bare(file) if options["scene_file"] is None else None
-    writer = writer_from(options)
-    stages: dict[str, Any] = {
-        "writer": writer,
-        "constraints": constraints_from(options),
-        "isolation": options["isolation"],
-        "repairs": repairs,
-        "examples": not no_examples,
-        "time_limit": time_limit,
-        "explain_with_model": explain_with_model,
-    }
+    bare = common.bare_task(file, options)
+    stages: dict[str, Any] = {name: options[name] for name in _STAGES}
+    stages |= {"writer": common.writer_from(options), "constraints": common.constraints_from(options)}
+    stages["examples"] = not options["no_examples"]
     if bare is not None:
-        from ovita.cli.plan_ import generated
+        from ovita.cli.sources_ import generated
 
-        result, task = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
-        _finish(result, task, options, writer, outputs)
-    task = task_at(file, options)
+        _finish(*generated(bare, instruction, planner, options, stages, as_json=outputs.as_json), options, outputs)
+    task = common.task_at(file, options)
     if outputs.trajectory:
-        rendered(outputs.trajectory, task.trajectory, task.scene, choices=choices)
-    if outputs.accepting and instruction is None and is_adaptation(file):
+        io.rendered(outputs.trajectory, task.trajectory, task.scene, choices=common.choices_from(options))
+    if outputs.accepting and instruction is None and io.is_adaptation(file):
         result = _accepted(file)
-        report(result, outputs, *_write(result, outputs, task, choices))
-    text = instruction if instruction is not None else task.instruction
-    if instruction is None and not text.strip():
+        report(result, outputs, *_write(result, outputs, task, common.choices_from(options)))
+    if instruction is None and not task.instruction.strip():
         raise RequestError(f"{file} holds no instruction; add one: ovita adapt {file} 'slow down near the cup'")
-    request = Request(text, task.trajectory, task.scene, robot_from(task, options["robot"], options["max_speed"]))
-    with waiting(f"{writer.name} writes a policy", quiet=outputs.as_json) as tell:
-        result = adapt(request, progress=tell, **stages)
-    _finish(result, task, options, writer, outputs)
+    text = task.instruction if instruction is None else instruction
+    robot = common.robot_from(task, options["robot"], options["max_speed"])
+    with common.waiting(f"{stages['writer'].name} writes a policy", quiet=outputs.as_json) as tell:
+        result = adapt(Request(text, task.trajectory, task.scene, robot), progress=tell, **stages)
+    _finish(result, task, stages["writer"], options, outputs)
+
+
+_STAGES = ("isolation", "repairs", "time_limit", "explain_with_model")
 
 
 def _finish(
-    result: Adaptation, task: Task, options: dict[str, Any], writer: PolicyWriter, outputs: Outputs
+    result: Adaptation, task: io.Task, writer: PolicyWriter, options: dict[str, Any], outputs: Outputs
 ) -> NoReturn:
     """Ask about a proposal, write what was asked for and report."""
     if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):
         result = accept(result)
-    notes = (*notes_on(task, options["robot"]), *notes_on_writer(writer))
-    choices = choices_from(options)
-    report(result, outputs, *_write(result, outputs, task, choices), notes)
+    notes = (*common.notes_on(task, options["robot"]), *common.notes_on_writer(writer))
+    report(result, outputs, *_write(result, outputs, task, common.choices_from(options)), notes)
 
 
 def report(
@@ -205,21 +156,21 @@ def report(
     if outputs.as_json:
         click.echo(json.dumps(result.to_document(), ensure_ascii=False))
     else:
-        show(result, code=outputs.code)
-        show_notes(notes)
+        common.show(result, code=outputs.code)
+        common.show_notes(notes)
         for path in written:
             click.echo(f"wrote {path}")
-        show_notes(lost)
+        common.show_notes(lost)
         if result.proposal is not None:
             held = outputs.result in written
             saved = f"ovita adapt {outputs.result} --accept" if held else "the same command with --accept"
-            click.echo(f"If that is what you mean: {plain(saved)}")
-    raise SystemExit(EXIT_OF[result.status])
+            click.echo(f"If that is what you mean: {common.plain(saved)}")
+    raise SystemExit(common.EXIT_OF[result.status])
 
 
 def _agrees(result: Adaptation) -> bool:
     """Ask on the terminal whether a proposal is meant; without a terminal nobody agrees."""
-    return _on_a_terminal() and click.confirm(f"{plain(result.message)} Do this?", default=False)
+    return _on_a_terminal() and click.confirm(f"{common.plain(result.message)} Do this?", default=False)
 
 
 def _on_a_terminal() -> bool:
@@ -242,7 +193,9 @@ def _accepted(file: str) -> Adaptation:
     return accept(saved)
 
 
-def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -> tuple[list[str], tuple[str, ...]]:
+def _write(
+    result: Adaptation, outputs: Outputs, task: io.Task, choices: io.Choices
+) -> tuple[list[str], tuple[str, ...]]:
     """Write the requested files; return their names and notes on what the trajectory's format cannot hold."""
     lost: tuple[str, ...] = ()
     if outputs.result:
@@ -250,15 +203,10 @@ def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -
     if not result.usable:
         return [outputs.result] if outputs.result else [], lost
     if outputs.trajectory:
-        lost = save_trajectory(
-            outputs.trajectory,
-            result.adapted,
-            result.scene,
-            result.instruction,
-            {k: v for k, v in task.extra.items() if k != "covariance" or len(result.adapted) == len(task.trajectory)},
-            choices=choices,
-            verdict=result.verdict,
-        )
+        same = len(result.adapted) == len(task.trajectory)
+        extra = {key: value for key, value in task.extra.items() if same or key != "covariance"}
+        adapted = io.Task(result.adapted, result.scene, result.instruction, extra, verdict=result.verdict)
+        lost = io.save_task(outputs.trajectory, adapted, choices)
     if outputs.picture:
         draw(result, outputs.picture)
     return outputs.files, lost
@@ -266,9 +214,9 @@ def _write(result: Adaptation, outputs: Outputs, task: Task, choices: Choices) -
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
-@click.option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
-@click.option("--view", type=click.Choice(["auto", "3d", "top"]), default="auto", show_default=True)
+@option("--out", "-o", metavar="FILE", help=".png, .svg, .pdf or .html. [FILE with .png]")
+@option("--robot", metavar="NAME|FILE", help="Whose workspace to draw. [the result's]")
+@common.pick("--view", "auto 3d top")
 @source
 def plot(file: str, out: str | None, robot: str | None, view: View, **options: Any) -> None:
     """Draw FILE: a result of `ovita adapt --out` (before and after), or a trajectory in any format with its scene.
@@ -277,22 +225,22 @@ def plot(file: str, out: str | None, robot: str | None, view: View, **options: A
     it generates as it was shown.
     """
     out = out or os.path.splitext(file)[0] + ".png"
-    drawn = load_robot(robot) if robot else None
-    if is_adaptation(file):
+    drawn = io.load_robot(robot) if robot else None
+    if io.is_adaptation(file):
         draw(Adaptation.load(file), out, robot=drawn, view=view)
-    elif is_skill(file):
-        from ovita.sources.skills import Skill
-
-        made = Skill.load(file).generate().task()
-        shown = Adaptation("", "done", made.trajectory, made.trajectory, scene=made.scene)
-        draw(shown, out, robot=drawn, view=view, tube=made.extra.get("covariance"))
     else:
-        task = task_at(file, options)
+        task = _task_of_a_skill(file) if io.is_skill(file) else common.task_at(file, options)
+        named, notes = (drawn, ()) if drawn or io.is_skill(file) else common.own_robot(task)
         shown = Adaptation(task.instruction, "done", task.trajectory, task.trajectory, scene=task.scene)
-        named, notes = own_robot(task)
-        draw(shown, out, robot=drawn or named, view=view, tube=task.extra.get("covariance"))
-        show_notes(notes if drawn is None else ())
+        draw(shown, out, robot=named, view=view, tube=task.extra.get("covariance"))
+        common.show_notes(notes)
     click.echo(f"wrote {out}")
+
+
+def _task_of_a_skill(file: str) -> io.Task:
+    from ovita.sources.skills import Skill
+
+    return Skill.load(file).generate().task()
 
 
 def check_picture(out: str) -> None:
@@ -310,16 +258,16 @@ def draw(result: Adaptation, out: str, *, robot: Robot | None = None, view: View
 
 @click.command()
 @click.argument("file", metavar="RESULT.json")
-@click.option("--code", is_flag=True, help="Also print the policy.")
+@option("--code", is_flag=True, help="Also print the policy.")
 def explain(file: str, code: bool) -> None:
     """Explain RESULT.json, a result of `ovita adapt --out`, in plain words."""
     result = Adaptation.load(file)
-    click.echo(plain(explained(file)))
+    common.say(explained(file))
     if result.proposal is not None:
-        click.echo(f"It is not done yet; if that is what you mean: ovita adapt {plain(file)} --accept")
+        click.echo(f"It is not done yet; if that is what you mean: ovita adapt {common.plain(file)} --accept")
     shown = result.proposal or result
     if code and shown.code:
-        click.echo("\n" + plain(shown.code))
+        click.echo("\n" + common.plain(shown.code))
 
 
 INSTRUCTIONS = (
@@ -330,25 +278,25 @@ INSTRUCTIONS = (
 
 
 @click.command()
-@click.option("--out", "-o", default="ovita-demo", show_default=True, metavar="FOLDER", help="Where to save.")
-@click.option("--open", "open_page", is_flag=True, help="Open the last interactive page in the browser.")
+@shown("--out", "-o", default="ovita-demo", metavar="FOLDER", help="Where to save.")
+@option("--open", "open_page", is_flag=True, help="Open the last interactive page in the browser.")
 def demo(out: str, open_page: bool) -> None:
     """Adapt a shipped table-top scene to three instructions with the built-in writer; no key, no network."""
     folder = make_folder(out)
-    task = shipped_task()
-    save_task(str(folder / "scene.json"), task)
+    task = common.shipped_task()
+    io.save_task(str(folder / "scene.json"), task)
     pictures = ("png", "html") if find_spec("matplotlib") and find_spec("plotly") else ()
     for i, instruction in enumerate(INSTRUCTIONS, start=1):
         click.secho(f"\n[{i}/{len(INSTRUCTIONS)}] {instruction}", bold=True)
         result = adapt(Request(instruction, task.trajectory, task.scene, UNLIMITED), writer="builtin")
-        show(result)
+        common.show(result)
         result.save(str(folder / f"{i}.json"))
         for suffix in pictures:
             draw(result, str(folder / f"{i}.{suffix}"))
         click.echo(f"wrote {folder / str(i)}.json" + (", .png and .html" if pictures else ""))
     if not pictures:
         click.echo("\nFor the pictures: pip install 'ovita[plot]'")
-    click.echo(f'\nNow your turn: {called()} adapt {folder / "scene.json"} "Go a little higher over the box"')
+    click.echo(f'\nNow your turn: {common.called()} adapt {folder / "scene.json"} "Go a little higher over the box"')
     if open_page and pictures:
         webbrowser.open((folder / f"{len(INSTRUCTIONS)}.html").resolve().as_uri())
 
@@ -357,8 +305,8 @@ SAID, KNOB = "Go left by 0.2 and slow down near the cup", ("left", 0.3)
 
 
 @click.command()
-@click.option("--out", "-o", default="ovita-tour", show_default=True, metavar="FOLDER", help="Where to save.")
-@click.option("--yes", is_flag=True, help="Go on without waiting for the Enter key.")
+@shown("--out", "-o", default="ovita-tour", metavar="FOLDER", help="Where to save.")
+@option("--yes", is_flag=True, help="Go on without waiting for the Enter key.")
 def tour(out: str, yes: bool) -> None:
     """Show in five steps what ovita does: say, read, turn a knob, undo, save. No key, no network; a minute.
 
@@ -375,18 +323,18 @@ def _steps(out: str) -> Iterator[str]:
     """The steps: each yields its title, then prints itself when it is asked for the next."""
     from ovita.dialogue.session import Session
 
-    task = shipped_task()
+    task = common.shipped_task()
     session = Session(task.trajectory, task.scene, writer="builtin")
     yield "Something to change: a trajectory and what surrounds it"
     path_now = task.trajectory
     click.echo(f"{len(path_now)} waypoints, {path_now.length:.2f} m in {path_now.duration:.1f} s over a table.")
-    click.echo(plain(f"On it: {listed(task.scene.names)}."))
+    common.say(f"On it: {listed(task.scene.names)}.")
     yield f'Say what should change: "{SAID}"'
-    show(session.say(SAID))
+    common.show(session.say(SAID))
     click.echo("\nThe plan is how it was understood; the first line and the limits are the verdict.")
     yield f"Turn a knob: {KNOB[0]} = {KNOB[1]}"
     result = session.tune(dict([KNOB]))
-    show(result)
+    common.show(result)
     click.echo("\nThe same policy ran again with another number; nobody wrote a new one.")
     yield "Take it back"
     session.undo()
@@ -396,9 +344,9 @@ def _steps(out: str) -> Iterator[str]:
     click.echo("Every turn can be taken back and brought back.")
     yield "Save, and go on by yourself"
     folder = make_folder(out)
-    save_task(str(folder / "scene.json"), task)
+    io.save_task(str(folder / "scene.json"), task)
     kept.save(str(folder / "result.json"))
     click.echo(f"wrote {folder / 'scene.json'} and {folder / 'result.json'}\n")
-    click.echo(f"{called()} explain {folder / 'result.json'}")
-    click.echo(f'{called()} adapt {folder / "result.json"} "Keep at least 0.25 from the bottle" --robot arm')
-    click.echo(f"{called()} chat {folder / 'scene.json'}")
+    click.echo(f"{common.called()} explain {folder / 'result.json'}")
+    click.echo(f'{common.called()} adapt {folder / "result.json"} "Keep at least 0.25 from the bottle" --robot arm')
+    click.echo(f"{common.called()} chat {folder / 'scene.json'}")

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import option
 
-from ovita.cli.common import ENGINE, EXIT_REFUSED, counting, names_in, plain, section, show, show_notes, waiting
+from ovita.cli.common import ENGINE, EXIT_REFUSED, counting, names_in, say, section, show, show_notes, shown, waiting
 from ovita.cli.main import GuessingGroup
 
 if TYPE_CHECKING:
@@ -41,45 +42,41 @@ def group() -> None:
 
 @group.command()
 @click.argument("sources", nargs=-1, metavar="[SOURCES]...")
-@click.option("--n", type=click.IntRange(1), default=1000, show_default=True, help="Samples.")
-@click.option("--out", "-o", metavar="FOLDER", help="Where the dataset goes. [ovita-augmented]")
-@click.option("--families", default="", metavar="LIST", help="Kinds of requests, such as shift,distance,speed. [all]")
-@click.option("--paraphrases", type=click.IntRange(0, 50), default=4, show_default=True, help="Further sentences each.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option(
+@shown("--n", type=click.IntRange(1), default=1000, help="Samples.")
+@option("--out", "-o", metavar="FOLDER", help="Where the dataset goes. [ovita-augmented]")
+@option("--families", default="", metavar="LIST", help="Kinds of requests, such as shift,distance,speed. [all]")
+@shown("--paraphrases", type=click.IntRange(0, 50), default=4, help="Further sentences each.")
+@shown("--seed", type=click.IntRange(0), default=0)
+@shown(
     "--format",
     "formats",
     default="jsonl",
-    show_default=True,
     metavar="LIST",
     help="jsonl, parquet, lerobot, lerobot-language, scenes, mcap, or several: jsonl,lerobot.",
 )
-@click.option(
+@option(
     "--licence",
     "licences",
     multiple=True,
     metavar="[SOURCE=]TEXT",
     help="Licence of the sources, or of one, for the dataset's card; may be repeated.",
 )
-@click.option("--robot", metavar="NAME|FILE", help="Whose limits hold. [what each file names, else none]")
-@click.option("--waypoints", type=click.IntRange(8, 2000), metavar="N", help="Of random scenes. [as the scale has it]")
-@click.option(
+@option("--robot", metavar="NAME|FILE", help="Whose limits hold. [what each file names, else none]")
+@option("--waypoints", type=click.IntRange(8, 2000), metavar="N", help="Of random scenes. [as the scale has it]")
+@shown(
     "--repairs",
     type=click.FloatRange(0, 1),
     default=0.05,
-    show_default=True,
     help="Share of the draws that break a limit with their path which the solver repairs; the others are drawn anew.",
 )
-@click.option(
+@option(
     "--voices", metavar="FOLDER", help="What people wrote, whose wordings are used, too; as training/corpus/voices."
 )
-@click.option("--plan", type=click.FloatRange(1), metavar="N", help="Make nothing: say what N samples would take.")
-@click.option(
-    "--machine", "machines", multiple=True, metavar="NAME=CORES,PRICE", help="For --plan; may be given again."
-)
-@click.option("--jobs", type=click.IntRange(1, 1024), default=1, show_default=True, help="Workers.")
+@option("--plan", type=click.FloatRange(1), metavar="N", help="Make nothing: say what N samples would take.")
+@option("--machine", "machines", multiple=True, metavar="NAME=CORES,PRICE", help="For --plan; may be given again.")
+@shown("--jobs", type=click.IntRange(1, 1024), default=1, help="Workers.")
 @ENGINE
-@click.option("--shard", type=click.IntRange(1, 1_000_000), default=1000, show_default=True, help="Samples a shard.")
+@shown("--shard", type=click.IntRange(1, 1_000_000), default=1000, help="Samples a shard.")
 def make(sources: tuple[str, ...], out: str | None, families: str, formats: str, **options: Any) -> None:
     """Make a dataset of SOURCES. Run it again to go on after an interruption."""
     from ovita.augment.card import licences_from
@@ -106,9 +103,7 @@ def make(sources: tuple[str, ...], out: str | None, families: str, formats: str,
 def _plan(job: Job, n: float, machines: tuple[str, ...]) -> None:
     from ovita.augment.engine import Machine, lines, measure
 
-    chosen = [Machine.parse(text) for text in machines]
-    for line in lines(n, measure(job), chosen, job.shard):
-        click.echo(line)
+    say(*lines(n, measure(job), [Machine.parse(text) for text in machines], job.shard))
 
 
 def _progress() -> Callable[[Progressed], None]:
@@ -138,42 +133,31 @@ _ROW = 12
 
 @group.command()
 @click.argument("folder", metavar="FOLDER", type=click.Path(path_type=Path))
-@click.option(
-    "--samples", "count", type=click.IntRange(0, 1000), metavar="N", help="How many to show. [3; 12 on a sheet]"
-)
-@click.option("--sample", "index", type=click.IntRange(0), metavar="I", help="Show sample I whole.")
-@click.option(
-    "--out", "-o", metavar="FILE", help="Write sample I as a result, for ovita plot, explain, simulate ... (JSON)."
-)
-@click.option("--plot", "picture", metavar="FILE", help="Draw the samples on a sheet, or sample I (.png, .svg, .pdf).")
-@click.option("--verify", "verifying", is_flag=True, help="Look at every file's SHA-256 and judge every sample anew.")
-@click.option("--json", "as_json", is_flag=True, help="Print the manifest, or sample I, as JSON.")
-def inspect(
-    folder: Path,
-    count: int | None,
-    index: int | None,
-    out: str | None,
-    picture: str | None,
-    verifying: bool,
-    as_json: bool,
-) -> None:
+@option("--samples", "count", type=click.IntRange(0, 1000), metavar="N", help="How many to show. [3; 12 on a sheet]")
+@option("--sample", "index", type=click.IntRange(0), metavar="I", help="Show sample I whole.")
+@option("--out", "-o", metavar="FILE", help="Write sample I as a result, for ovita plot, explain, simulate ... (JSON).")
+@option("--plot", "picture", metavar="FILE", help="Draw the samples on a sheet, or sample I (.png, .svg, .pdf).")
+@option("--verify", "verifying", is_flag=True, help="Look at every file's SHA-256 and judge every sample anew.")
+@option("--json", "as_json", is_flag=True, help="Print the manifest, or sample I, as JSON.")
+def inspect(folder: Path, index: int | None, out: str | None, picture: str | None, as_json: bool, **more: Any) -> None:
     """Show what is in the dataset of FOLDER; exit code 4 if --verify finds something wrong."""
     from ovita.augment.inspection import open_manifest, sample_at, samples_from_all_over
 
     if out is not None and index is None:
         raise click.UsageError("--out writes one sample; say which: --sample 12")
-    manifest = open_manifest(folder)
-    if verifying:
+    manifest, told = open_manifest(folder), 3 if more["count"] is None else more["count"]
+    if more["verifying"]:
         _verify(folder, manifest)
     elif index is not None:
         _one(sample_at(folder, manifest, index), out, picture, as_json)
     elif as_json:
         click.echo(json.dumps(manifest, indent=1, ensure_ascii=False))
+    elif picture is None:
+        _overview(folder, manifest, samples_from_all_over(folder, manifest, told))
     else:
-        shown = samples_from_all_over(folder, manifest, count if count is not None else 12 if picture else 3)
-        if picture is not None:
-            _sheet(picture, shown)
-        _overview(folder, manifest, shown[: count if count is not None else 3])
+        drawn = samples_from_all_over(folder, manifest, 12 if more["count"] is None else told)
+        _sheet(picture, drawn)
+        _overview(folder, manifest, drawn[:told])
 
 
 def _overview(folder: Path, manifest: Mapping[str, Any], shown: Sequence[AugmentedSample]) -> None:
@@ -183,13 +167,9 @@ def _overview(folder: Path, manifest: Mapping[str, Any], shown: Sequence[Augment
     kept, tried = manifest["kept"], manifest["n"]
     files = files_of(manifest)
     size = sum(file["bytes"] for file in files)
-    click.echo(
-        plain(f"{folder}: {kept:,} samples of {tried:,} numbers, seed {manifest['seed']}, ovita {manifest['version']}")
-    )
+    say(f"{folder}: {kept:,} samples of {tried:,} numbers, seed {manifest['seed']}, ovita {manifest['version']}")
     formats = ", ".join(manifest["formats"])
-    click.echo(
-        plain(f"{len(files)} files, {size / 1e6:.1f} MB in {formats}; {size / max(kept, 1):,.0f} bytes a sample")
-    )
+    say(f"{len(files)} files, {size / 1e6:.1f} MB in {formats}; {size / max(kept, 1):,.0f} bytes a sample")
     section("Sources", [f"{source['name']}: {source['what']}" for source in manifest["sources"]])
     for name, counts in manifest["counts"].items():
         section(name.capitalize(), _bars(counts))
@@ -203,9 +183,7 @@ def _bars(counts: Mapping[str, int]) -> list[str]:
     rest = sum(count for _, count in ranked[_ROW:])
     ranked = [*ranked[:_ROW], *([(f"{len(ranked) - _ROW} others", rest)] if rest else [])]
     total, wide = sum(counts.values()), max(len(name) for name, _ in ranked)
-    return [
-        f"{name:{wide}}  {count:8,}  {count / total:4.0%}  {'#' * round(30 * count / total)}" for name, count in ranked
-    ]
+    return [f"{name:{wide}}  {n:8,}  {n / total:4.0%}  {'#' * round(30 * n / total)}" for name, n in ranked]
 
 
 def _rejected(rejected: Mapping[str, int]) -> list[str]:
@@ -217,11 +195,10 @@ def _rejected(rejected: Mapping[str, int]) -> list[str]:
 
 def _lines(sample: AugmentedSample) -> list[str]:
     others = "; ".join(sample.paraphrases[:3])
-    return [
-        f"[{sample.index}] {sample.instruction!r} ({sample.family}, {sample.split}, {sample.verdict}; {sample.source})",
-        f"    also: {others}" if others else "    no paraphrases",
-        f"    check: {sample.measured.get('sentence', '')}",
-    ]
+    about = f"{sample.family}, {sample.split}, {sample.verdict}; {sample.source}"
+    also = f"    also: {others}" if others else "    no paraphrases"
+    check = f"    check: {sample.measured.get('sentence', '')}"
+    return [f"[{sample.index}] {sample.instruction!r} ({about})", also, check]
 
 
 def _one(sample: AugmentedSample, out: str | None, picture: str | None, as_json: bool) -> None:
@@ -235,8 +212,7 @@ def _one(sample: AugmentedSample, out: str | None, picture: str | None, as_json:
     if as_json:
         click.echo(json.dumps(sample.to_dict(), indent=1, ensure_ascii=False))
         return
-    for line in _lines(sample):
-        click.echo(plain(line))
+    say(*_lines(sample))
     section("Paraphrases", sample.paraphrases)
     section("Meaning", [json.dumps(frame, ensure_ascii=False) for frame in sample.frames])
     holds = "passes" if sample.holds() else "does not pass"
@@ -245,9 +221,7 @@ def _one(sample: AugmentedSample, out: str | None, picture: str | None, as_json:
     section("Made anew", [f"the policy for this meaning, run once more with the limits, {agrees}"])
     click.echo()
     show(result, code=True)
-    for file in (out, picture):
-        if file is not None:
-            click.echo(plain(f"\nwrote {file}"))
+    say(*(f"\nwrote {file}" for file in (out, picture) if file is not None))
 
 
 def _sheet(picture: str, shown: Sequence[AugmentedSample]) -> None:
@@ -255,7 +229,7 @@ def _sheet(picture: str, shown: Sequence[AugmentedSample]) -> None:
     from ovita.plots import save
 
     save(picture, sheet(shown))
-    click.echo(plain(f"wrote {picture}: {len(shown)} samples"))
+    say(f"wrote {picture}: {len(shown)} samples")
 
 
 def _verify(folder: Path, manifest: Mapping[str, Any]) -> None:
@@ -263,7 +237,6 @@ def _verify(folder: Path, manifest: Mapping[str, Any]) -> None:
 
     with waiting("checking") as progress:
         found = verify(folder, manifest, progress)
-    for sentence in found.sentences():
-        click.echo(plain(sentence))
+    say(*found.sentences())
     if not found.sound:
         raise SystemExit(EXIT_REFUSED)

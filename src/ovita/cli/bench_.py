@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import option
 
-from ovita.cli.common import ENGINE, ISOLATION, counting, plain, show_notes, waiting
+from ovita.cli.common import ENGINE, ISOLATION, counting, pick, plain, show_notes, shown, waiting
 from ovita.cli.main import GuessingGroup
 from ovita.errors import RequestError
 
@@ -26,7 +27,7 @@ def group() -> None:
 
 @group.command()
 @click.argument("dataset", metavar="DATASET")
-@click.option(
+@option(
     "--writer",
     "writers",
     multiple=True,
@@ -34,42 +35,39 @@ def group() -> None:
     help="builtin, PROVIDER:MODEL, python:MODULE:CLASS, baseline:NAME (copy, random, extract, extract-ovita,"
     " latte-style), exec:COMMAND, or all: builtin, the configured model and every baseline; may be repeated. [builtin]",
 )
-@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
-@click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of models.")
-@click.option(
+@option("--base-url", metavar="URL", help="An OpenAI-compatible server for the writers that are models.")
+@shown("--temperature", type=click.FloatRange(0, 2), default=0.1, help="Of models.")
+@option(
     "--ablate",
     default="",
     metavar="LIST",
     help="Also run without examples, toolkit, grounding, repair or constraints, or at temperature=0,0.2,0.5,0.7.",
 )
-@click.option("--feedback", type=click.IntRange(0, 20), default=0, show_default=True, help="Turns of feedback.")
-@click.option("--feedback-on", type=click.Choice(["original", "current"]), default="original", show_default=True)
-@click.option(
-    "--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]"
-)
+@shown("--feedback", type=click.IntRange(0, 20), default=0, help="Turns of feedback.")
+@pick("--feedback-on", "original current")
+@option("--robot", metavar="NAME|FILE|by-subset", help="Whose limits are enforced. [each sample's own, else none]")
 @ISOLATION
-@click.option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
-@click.option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
+@option("--limit", type=click.IntRange(1), metavar="N", help="At most N samples, spread over all.")
+@option("--jobs", type=click.IntRange(1, 64), metavar="N", help="Samples at a time. [one a core, at most 4]")
 @ENGINE
-@click.option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
-@click.option("--retries", type=click.IntRange(0, 20), default=2, show_default=True, help="Of failed requests.")
-@click.option(
+@option("--rate", type=click.FloatRange(0, min_open=True), metavar="N", help="Requests a minute to each model.")
+@shown("--retries", type=click.IntRange(0, 20), default=2, help="Of failed requests.")
+@shown(
     "--timeout",
     type=click.FloatRange(0, min_open=True),
     default=300,
-    show_default=True,
     metavar="S",
     help="Longest time for an answer of exec:COMMAND [s].",
 )
-@click.option("--budget-tokens", type=click.IntRange(1), metavar="N", help="Begin no sample after so many tokens.")
-@click.option("--budget-cost", type=click.FloatRange(0, min_open=True), metavar="X", help="... or so much money.")
-@click.option(
+@option("--budget-tokens", type=click.IntRange(1), metavar="N", help="Begin no sample after so many tokens.")
+@option("--budget-cost", type=click.FloatRange(0, min_open=True), metavar="X", help="... or so much money.")
+@option(
     "--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens read and written."
 )
-@click.option("--out", "-o", metavar="FOLDER", help="Where records and report go. [bench-DATASET]")
-@click.option("--replay", metavar="FOLDER", help="Take replies and times from an earlier run; no writer is asked.")
-@click.option("--parquet", is_flag=True, help="Also write records.parquet.")
-@click.option("--no-figures", is_flag=True, help="Draw no figures.")
+@option("--out", "-o", metavar="FOLDER", help="Where records and report go. [bench-DATASET]")
+@option("--replay", metavar="FOLDER", help="Take replies and times from an earlier run; no writer is asked.")
+@option("--parquet", is_flag=True, help="Also write records.parquet.")
+@option("--no-figures", is_flag=True, help="Draw no figures.")
 def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_figures: bool, **options: Any) -> None:
     """Run the samples of DATASET, and report. Run it again to go on after an interruption."""
     from ovita.bench import runner
@@ -84,34 +82,30 @@ def run(dataset: str, out: str | None, replay: str | None, parquet: bool, no_fig
     if samples.skipped:
         click.echo(f"note: {len(samples.skipped)} files have no check and are left out", err=True)
     done = runner.run(samples, folder, plan, replay=replay, progress=_progress())
-    _report(folder, done.records, done.manifest, done.notes, plan.prices, parquet=parquet, figures=not no_figures)
-
-
-@group.command()
-@click.argument("folder", metavar="FOLDER")
-@click.option(
-    "--ratings", metavar="FILE", help="People's ratings: columns sample, writer, rating. [FOLDER/ratings.csv]"
-)
-@click.option("--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens.")
-@click.option("--parquet", is_flag=True, help="Also write records.parquet.")
-@click.option("--no-figures", is_flag=True, help="Draw no figures.")
-def report(folder: str, ratings: str | None, prices: tuple[str, ...], parquet: bool, no_figures: bool) -> None:
-    """Write the report of the run in FOLDER again."""
-    from ovita.bench.records import read_manifest, read_records
-
-    records, manifest = read_records(folder), read_manifest(folder)
     _report(
-        folder, records, manifest, (), _prices(prices), parquet=parquet, figures=not no_figures, ratings_from=ratings
+        folder, done.records, done.manifest, done.notes, prices=plan.prices, parquet=parquet, figures=not no_figures
     )
 
 
 @group.command()
-@click.option(
-    "--add", "runs", multiple=True, metavar="RUN", help="Enter the run in this folder first; may be repeated."
-)
-@click.option("--note", default="", metavar="TEXT", help="What else must be known of these runs.")
-@click.option("--folder", default="leaderboard", show_default=True, metavar="FOLDER", help="Where the entries lie.")
-@click.option("--out", "-o", metavar="FILE", help="Where the page goes. [FOLDER/index.html]")
+@click.argument("folder", metavar="FOLDER")
+@option("--ratings", metavar="FILE", help="People's ratings: columns sample, writer, rating. [FOLDER/ratings.csv]")
+@option("--price", "prices", multiple=True, metavar="WRITER=IN,OUT", help="Money for a million tokens.")
+@option("--parquet", is_flag=True, help="Also write records.parquet.")
+@option("--no-figures", is_flag=True, help="Draw no figures.")
+def report(folder: str, ratings: str | None, prices: tuple[str, ...], parquet: bool, no_figures: bool) -> None:
+    """Write the report of the run in FOLDER again."""
+    from ovita.bench.records import read_manifest, read_records
+
+    given = {"prices": _prices(prices), "parquet": parquet, "figures": not no_figures}
+    _report(folder, read_records(folder), read_manifest(folder), (), ratings_from=ratings, **given)
+
+
+@group.command()
+@option("--add", "runs", multiple=True, metavar="RUN", help="Enter the run in this folder first; may be repeated.")
+@option("--note", default="", metavar="TEXT", help="What else must be known of these runs.")
+@shown("--folder", default="leaderboard", metavar="FOLDER", help="Where the entries lie.")
+@option("--out", "-o", metavar="FILE", help="Where the page goes. [FOLDER/index.html]")
 def leaderboard(runs: tuple[str, ...], note: str, folder: str, out: str | None) -> None:
     """Show all runs that were entered, and write them as one page; --add enters a run."""
     from ovita.bench import leaderboard as board
@@ -127,18 +121,12 @@ def leaderboard(runs: tuple[str, ...], note: str, folder: str, out: str | None) 
 
 
 @group.command()
-@click.option("--out", "-o", required=True, metavar="FOLDER", help="Where the samples go.")
-@click.option("--n", type=click.IntRange(1, 1_000_000), default=500, show_default=True, help="Samples.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option(
-    "--split",
-    type=click.Choice(["train", "heldout"]),
-    default="train",
-    show_default=True,
-    help="Held-out instructions use words that no train instruction has.",
-)
-@click.option("--family", "families", multiple=True, metavar="NAME", help="latte, numeric or multi. [all]")
-@click.option("--robot", "robots", multiple=True, metavar="NAME", help="tabletop, drone, ground or arm. [all]")
+@option("--out", "-o", required=True, metavar="FOLDER", help="Where the samples go.")
+@shown("--n", type=click.IntRange(1, 1_000_000), default=500, help="Samples.")
+@shown("--seed", type=click.IntRange(0), default=0)
+@pick("--split", "train heldout", "Held-out instructions use words that no train instruction has.")
+@option("--family", "families", multiple=True, metavar="NAME", help="latte, numeric or multi. [all]")
+@option("--robot", "robots", multiple=True, metavar="NAME", help="tabletop, drone, ground or arm. [all]")
 def generate(out: str, n: int, seed: int, split: str, families: tuple[str, ...], robots: tuple[str, ...]) -> None:
     """Make a dataset of scenes and instructions with known checks."""
     from ovita.bench.generate import generate, write_dataset
@@ -150,8 +138,8 @@ def generate(out: str, n: int, seed: int, split: str, families: tuple[str, ...],
 
 
 @group.command()
-@click.option("--out", "-o", default="ovita-dataset", show_default=True, metavar="FOLDER", help="Where it goes.")
-@click.option("--base-url", metavar="URL", help="Where from. [the public repository]")
+@shown("--out", "-o", default="ovita-dataset", metavar="FOLDER", help="Where it goes.")
+@option("--base-url", metavar="URL", help="Where from. [the public repository]")
 def fetch(out: str, base_url: str | None) -> None:
     """Download the public OVITA dataset, and verify it; offline it says what to put where."""
     from ovita.bench import dataset as source
@@ -187,12 +175,10 @@ def _plan(options: dict[str, Any], replay: str | None) -> RunPlan:
     if robot is not None and robot != BY_SUBSET:
         load_robot(robot)
     if replay is not None:
-        manifest = read_manifest(replay)
-        robot = manifest.get("robot")
-        options |= {"feedback": int(manifest.get("feedback", 0))}
-        options |= {"feedback_on": manifest.get("feedback_on", "original")}
-        options |= {"temperature": float(manifest.get("temperature", options["temperature"]))}
-        robot = None if robot in (None, "each sample's own") else str(robot)
+        manifest = {"feedback": 0, "feedback_on": "original", "robot": None, **read_manifest(replay)}
+        options |= {"feedback": int(manifest["feedback"]), "feedback_on": manifest["feedback_on"]}
+        options["temperature"] = float(manifest.get("temperature", options["temperature"]))
+        robot = None if manifest["robot"] in (None, "each sample's own") else str(manifest["robot"])
     return RunPlan(
         writers=tuple(dict.fromkeys(options["writers"])) or ("builtin",),
         conditions=conditions_from(options["ablate"]),
@@ -236,24 +222,15 @@ def _clock(seconds: float) -> str:
 
 
 def _report(
-    folder: str,
-    records: Any,
-    manifest: Any,
-    notes: Any,
-    prices: dict[str, tuple[float, float]] | Any,
-    *,
-    parquet: bool,
-    figures: bool,
-    ratings_from: str | None = None,
+    folder: str, records: Any, manifest: Any, notes: Any, *, ratings_from: str | None = None, **given: Any
 ) -> None:
     from ovita.bench.records import read_ratings
     from ovita.bench.report import outcome_table, success_table, write_report
 
-    ratings = read_ratings(ratings_from or folder)
     written = write_report(
-        folder, records, manifest, ratings=ratings, prices=prices, notes=notes, figures=figures, parquet=parquet
+        folder, records, manifest, ratings=read_ratings(ratings_from or folder), notes=notes, **given
     )
-    for rows in (success_table(records, prices), outcome_table(records)):
+    for rows in (success_table(records, given["prices"]), outcome_table(records)):
         _print(rows)
     show_notes(notes)
     click.echo("wrote " + ", ".join(str(path) for path in written))
@@ -262,12 +239,10 @@ def _report(
 def _print(rows: list[list[str]]) -> None:
     """Print a table whose first row names the columns."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
-    console = Console(width=None if sys.stdout.isatty() else 160)
-    table = Table(box=None, pad_edge=False)
-    for i, cell in enumerate(rows[0]):
-        table.add_column(cell, justify="left" if i == 0 else "right")
+    first, *others = rows[0]
+    table = Table(first, *(Column(name, justify="right") for name in others), box=None, pad_edge=False)
     for row in rows[1:]:
         table.add_row(*(plain(cell).replace("[", "\\[") for cell in row))
-    console.print(table)
+    Console(width=None if sys.stdout.isatty() else 160).print(table)

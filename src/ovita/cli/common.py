@@ -14,13 +14,15 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from functools import partial, reduce
 from importlib.resources import as_file, files
 from typing import Any
 
 import click
+from click import option
 
 from ovita.errors import FormatError, RequestError, RobotError
-from ovita.io import Choices, Task, load_robot, load_task, open_task
+from ovita.io import Choices, Task, load_bare, load_robot, load_task, open_task
 from ovita.io.geodesy import Home
 from ovita.limits import ConstraintOptions, parse_text
 from ovita.measure import sentences
@@ -42,40 +44,36 @@ def together(*options: Decorator) -> Decorator:
     """One decorator that adds several options to a command, in their order."""
 
     def add(function: Any) -> Any:
-        for option in reversed(options):
-            function = option(function)
-        return function
+        return reduce(lambda made, added: added(made), reversed(options), function)
 
     return add
 
 
-WRITER = click.option(
+shown = partial(option, show_default=True)
+"""An option whose default --help shows."""
+
+
+def pick(flag: str, words: str, help: str | None = None) -> Decorator:
+    """An option with one of several words, the first of which is the default and is shown."""
+    return shown(flag, type=click.Choice(words.split()), default=words.split()[0], help=help)
+
+
+WRITER = shown(
     "--writer",
     "--llm",
     "writer",
     default="auto",
-    show_default=True,
     metavar="NAME",
     help="auto, builtin, llamacpp:NAME, PROVIDER:MODEL (openai, anthropic, google, ollama), or several: A,B.",
 )
-BASE_URL = click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model.")
-ISOLATION = click.option(
-    "--isolation",
-    type=click.Choice(["auto", "strict", "degraded"]),
-    default="auto",
-    show_default=True,
-    help="How policies are isolated.",
+BASE_URL = option("--base-url", metavar="URL", help="An OpenAI-compatible server; --writer then names its model.")
+ISOLATION = pick("--isolation", "auto strict degraded", "How policies are isolated.")
+
+ENGINE = pick(
+    "--engine", "processes ray", help="Who works where there are several jobs; ray also on a cluster (extra ray)."
 )
 
-ENGINE = click.option(
-    "--engine",
-    type=click.Choice(["processes", "ray"]),
-    default="processes",
-    show_default=True,
-    help="Who works where there are several jobs; ray also on a cluster (extra ray).",
-)
-
-HEADING = click.option(
+HEADING = option(
     "--heading",
     type=click.FloatRange(-360, 360),
     metavar="DEGREES",
@@ -83,34 +81,34 @@ HEADING = click.option(
 )
 
 FRAMES = click.Choice(["rfu", "flu", "ned"])
-FRAME = click.option("--frame", type=FRAMES, help="Which way is left. [default: the scene's, else rfu]")
+FRAME = option("--frame", type=FRAMES, help="Which way is left. [default: the scene's, else rfu]")
 
 source = together(
-    click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
+    option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects, for a bare trajectory."),
     FRAME,
-    click.option("--topic", metavar="NAME", help="Topic of a ROS bag. [the only one with a path]"),
-    click.option(
+    option("--topic", metavar="NAME", help="Topic of a ROS bag. [the only one with a path]"),
+    option(
         "--message",
         type=int,
         metavar="N",
         help="Which message on that topic, or which episode of a LeRobot data set, from 0. [the last]",
     ),
-    click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
+    option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the file's]"),
     HEADING,
-    click.option(
+    option(
         "--moving", "frames", metavar="FIXED:MOVING", help="Whose motion is read of recorded transforms: map:base_link."
     ),
-    click.option(
+    option(
         "--from", "first", type=click.FloatRange(0), metavar="S", help="First second of a recording that is read. [0]"
     ),
-    click.option("--to", "last", type=click.FloatRange(0), metavar="S", help="Last second of it. [its end]"),
-    click.option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
+    option("--to", "last", type=click.FloatRange(0), metavar="S", help="Last second of it. [its end]"),
+    option("--raw", is_flag=True, help="Keep every sample of a recording: neither smooth nor thin it."),
 )
 """The options that say how to read a trajectory from a file or an address."""
 
 shared = together(
     source,
-    click.option(
+    option(
         "--robot",
         metavar="NAME|FILE",
         help="Limits: drone (crazyflie), arm (iiwa), ground (jackal, rover), none, a .toml or .json file, or 'scene' "
@@ -119,26 +117,20 @@ shared = together(
     ),
     WRITER,
     BASE_URL,
-    click.option("--temperature", type=click.FloatRange(0, 2), default=0.1, show_default=True, help="Of a model."),
-    click.option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's."),
-    click.option("--max-acceleration", type=float, metavar="M/S2", help="Limit along the path. [no limit]"),
-    click.option("--max-lateral-acceleration", type=float, metavar="M/S2", help="Limit across the path. [no limit]"),
-    click.option(
-        "--method",
-        type=click.Choice(["verified", "paper"]),
-        default="verified",
-        show_default=True,
-        help="Constraint module: ours, or the paper's single QP.",
-    ),
-    click.option(
+    shown("--temperature", type=click.FloatRange(0, 2), default=0.1, help="Of a model."),
+    option("--max-speed", type=float, metavar="M/S", help="Speed limit, instead of the robot's."),
+    option("--max-acceleration", type=float, metavar="M/S2", help="Limit along the path. [no limit]"),
+    option("--max-lateral-acceleration", type=float, metavar="M/S2", help="Limit across the path. [no limit]"),
+    pick("--method", "verified paper", "Constraint module: ours, or the paper's single QP."),
+    option(
         "--pin", "pinned", type=int, multiple=True, metavar="N", help="Waypoint N, from 1, must stay; -1 is the last."
     ),
-    click.option("--fix-start", is_flag=True, help="The first waypoint must stay where the policy put it."),
-    click.option("--fix-goal", is_flag=True, help="The last waypoint must stay where the policy put it."),
-    click.option("--smooth", type=click.FloatRange(0), default=0.0, metavar="WEIGHT", help="Smoothing weight. [0]"),
-    click.option("--no-obstacles", is_flag=True, help="Objects are no obstacles."),
-    click.option("--no-constraints", is_flag=True, help="Measure the limits, but do not enforce them."),
-    click.option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
+    option("--fix-start", is_flag=True, help="The first waypoint must stay where the policy put it."),
+    option("--fix-goal", is_flag=True, help="The last waypoint must stay where the policy put it."),
+    option("--smooth", type=click.FloatRange(0), default=0.0, metavar="WEIGHT", help="Smoothing weight. [0]"),
+    option("--no-obstacles", is_flag=True, help="Objects are no obstacles."),
+    option("--no-constraints", is_flag=True, help="Measure the limits, but do not enforce them."),
+    option("--repair", is_flag=True, help="Also repair a path that the change leaves as it was."),
     ISOLATION,
 )
 """The options on source, scene, robot, writer and limits."""
@@ -151,22 +143,24 @@ def choices_from(options: dict[str, Any]) -> Choices:
         del given["kind"]
     if "home" in given:
         given["home"] = Home.parse(given["home"])
-    return Choices(**given, span=_span(options.get("first"), options.get("last")))
-
-
-def _span(first: float | None, last: float | None) -> tuple[float, float] | None:
-    """The seconds of a recording that are wanted."""
-    if first is None and last is None:
-        return None
-    begin, end = first or 0.0, math.inf if last is None else last
-    if begin >= end:
-        raise RequestError(f"--from {begin:g} --to {end:g}: the first second must come before the last")
-    return begin, end
+    first, last = options.get("first"), options.get("last")
+    if (first, last) == (None, None):
+        return Choices(**given)
+    span = first or 0.0, math.inf if last is None else last
+    if span[0] >= span[1]:
+        raise RequestError(f"--from {span[0]:g} --to {span[1]:g}: the first second must come before the last")
+    return Choices(**given, span=span)
 
 
 def task_at(place: str, options: dict[str, Any]) -> Task:
     """The task of a file or an address, read as the options of `source` say."""
     return open_task(place, scene_file=options["scene_file"], frame=options["frame"], choices=choices_from(options))
+
+
+def bare_task(file: str, options: dict[str, Any]) -> Task | None:
+    """The task of a file with objects and no trajectory; None for any other, or where --scene names the objects."""
+    bare = load_bare(file) if options["scene_file"] is None else None
+    return bare and replace(bare, scene=in_frame(bare.scene, options["frame"]))
 
 
 def in_frame(scene: Scene, frame: str | None) -> Scene:
@@ -200,14 +194,12 @@ def names_in(text: str | None) -> tuple[str, ...]:
 
 def robot_from(task: Task, robot: str | None, max_speed: float | None) -> Robot:
     """The robot chosen on the command line, else the scene's, else none."""
-    if robot == "scene":
-        limits = parse_text(task.scene.constraints_text)
-        if not limits.understood:
-            raise RobotError(f"{task.path} states no limits that are understood; name a robot: --robot drone")
-        chosen = limits.apply(own_robot(task)[0])
-    else:
-        chosen = load_robot(robot) if robot else own_robot(task)[0]
-    return slowed(chosen, max_speed)
+    if robot != "scene":
+        return slowed(load_robot(robot) if robot else own_robot(task)[0], max_speed)
+    limits = parse_text(task.scene.constraints_text)
+    if not limits.understood:
+        raise RobotError(f"{task.path} states no limits that are understood; name a robot: --robot drone")
+    return slowed(limits.apply(own_robot(task)[0]), max_speed)
 
 
 def slowed(robot: Robot, max_speed: float | None) -> Robot:
@@ -220,8 +212,7 @@ def own_robot(task: Task) -> tuple[Robot, tuple[str, ...]]:
     try:
         return load_robot(task.robot) if task.robot else UNLIMITED, ()
     except RobotError as error:
-        note = f"the file names an {error}; no limits of a robot are enforced"
-        return UNLIMITED, (note,)
+        return UNLIMITED, (f"the file names an {error}; no limits of a robot are enforced",)
 
 
 def notes_on_writer(writer: PolicyWriter | str) -> list[str]:
@@ -245,45 +236,35 @@ def notes_on(task: Task, robot: str | None) -> list[str]:
     return said
 
 
+_LIMITS = ("method", "max_acceleration", "max_lateral_acceleration", "fix_start", "fix_goal")
+
+
 def constraints_from(options: dict[str, Any]) -> ConstraintOptions:
     """How limits are enforced."""
     if 0 in options["pinned"]:
         raise RequestError("--pin 0: waypoints are counted from 1; the first is --pin 1, the last --pin -1")
     return ConstraintOptions(
-        method=options["method"],
         lambda_smooth=options["smooth"],
         pinned=tuple(n - 1 if n > 0 else n for n in options["pinned"]),
-        max_acceleration=options["max_acceleration"],
-        max_lateral_acceleration=options["max_lateral_acceleration"],
-        fix_start=options["fix_start"],
-        fix_goal=options["fix_goal"],
         obstacles=not options["no_obstacles"],
         repair_original=options["repair"],
         enabled=not options["no_constraints"],
+        **{name: options[name] for name in _LIMITS},
     )
 
 
-EXIT_OF: dict[Status, int] = {
-    "done": 0,
-    "limited": 5,
-    "not_as_meant": 6,
-    "infeasible": 4,
-    "needs_confirmation": 3,
-    "needs_clarification": 3,
-    "not_understood": 3,
-    "failed": 3,
+_VERDICTS: dict[Status, tuple[int, str]] = {
+    "done": (0, "done"),
+    "limited": (5, "done, but changed by the limits"),
+    "not_as_meant": (6, "not as meant"),
+    "infeasible": (EXIT_REFUSED, "infeasible"),
+    "needs_confirmation": (EXIT_NOTHING, "not done: is that meant?"),
+    "needs_clarification": (EXIT_NOTHING, "not done: a question"),
+    "not_understood": (EXIT_NOTHING, "not done: not understood"),
+    "failed": (EXIT_NOTHING, "not done: failed"),
 }
-
-LABELS: dict[Status, str] = {
-    "done": "done",
-    "limited": "done, but changed by the limits",
-    "not_as_meant": "not as meant",
-    "infeasible": "infeasible",
-    "needs_confirmation": "not done: is that meant?",
-    "needs_clarification": "not done: a question",
-    "not_understood": "not done: not understood",
-    "failed": "not done: failed",
-}
+EXIT_OF = {status: code for status, (code, _) in _VERDICTS.items()}
+LABELS = {status: words for status, (_, words) in _VERDICTS.items()}
 """The verdict in words."""
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
@@ -313,10 +294,15 @@ def plain(text: str) -> str:
     return _CONTROL.sub("", text)
 
 
+def say(*lines: str, err: bool = False) -> None:
+    """Print lines that are safe on a terminal."""
+    for line in lines:
+        click.echo(plain(line), err=err)
+
+
 def show_notes(notes: Iterable[str]) -> None:
     """Print what a person should know on standard error."""
-    for note in notes:
-        click.echo(f"note: {plain(note)}", err=True)
+    say(*(f"note: {note}" for note in notes), err=True)
 
 
 def show(result: Adaptation, *, code: bool = False) -> None:
@@ -330,7 +316,7 @@ def show(result: Adaptation, *, code: bool = False) -> None:
         section(title, lines)
     if code and result.usable:
         click.echo("\nPolicy")
-        click.echo(plain(result.code))
+        say(result.code)
 
 
 def _sections(result: Adaptation) -> Iterator[tuple[str, Sequence[str]]]:
@@ -338,18 +324,22 @@ def _sections(result: Adaptation) -> Iterator[tuple[str, Sequence[str]]]:
         yield "Writers", [line for line in (*result.writer.tried, result.writer.reason) if line]
     if result.proposal is not None:
         would = result.proposal
-        yield "It would change", sentences(would.changes) if would.changes else []
+        yield "It would change", _changes(would)
         yield "It would assume", would.assumed
         yield "It would warn", would.cautions
     if not result.usable:
         return
     yield "Plan", [f"{i}. {step}" for i, step in enumerate(result.plan, start=1)]
-    yield "Changes", sentences(result.changes) if result.changes else []
+    yield "Changes", _changes(result)
     if result.constraints and result.constraints.status == "satisfied":
         yield "Limits", result.constraints.sentences()
     yield "Assumed", result.assumed
     yield "Knobs", [p.line for p in result.parameters]
     yield "Warnings", result.cautions
+
+
+def _changes(result: Adaptation) -> list[str]:
+    return sentences(result.changes) if result.changes else []
 
 
 def section(title: str, lines: Sequence[str]) -> None:

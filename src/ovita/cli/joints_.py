@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 import click
+from click import option
 
 from ovita.cli.common import together
 from ovita.errors import RequestError
@@ -19,8 +20,8 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import Frame, Scene
 from ovita.paths.trajectory import Trajectory
 
-TIP = click.option("--tip", metavar="NAME", help="Site or link of the arm that follows the path. [the robot file's]")
-IGNORED = click.option(
+TIP = option("--tip", metavar="NAME", help="Site or link of the arm that follows the path. [the robot file's]")
+IGNORED = option(
     "--ignore-contact",
     "ignored",
     multiple=True,
@@ -28,33 +29,31 @@ IGNORED = click.option(
     help="Two links of the arm that may touch each other; may be repeated. Neighbours may anyway.",
 )
 arm_options = together(
-    click.option("--arm", metavar="NAME|FILE", help="Kinematic model for joints: iiwa, or a .toml, .urdf or .xml."),
-    click.option(
+    option("--arm", metavar="NAME|FILE", help="Kinematic model for joints: iiwa, or a .toml, .urdf or .xml."),
+    option(
         "--base",
         metavar="X,Y,Z,YAW",
         help="Where that arm stands, in the scene's coordinates: metres, and radians (1.5708 is 90 degrees).",
     ),
     TIP,
     IGNORED,
-    click.option(
+    option(
         "--joint-names",
         metavar="PATTERN|NAMES",
         help="What the controller calls the joints: lbr_iiwa_joint_N (N: number), left_* (*: name), or all names.",
     ),
-    click.option(
+    option(
         "--joint-state",
         metavar="PLACE",
         help="Where the arm is now: .json, .yaml, a bag, or ros2:/joint_states. [live for a live arm]",
     ),
-    click.option(
+    option(
         "--start-tolerance",
         type=click.FloatRange(0, min_open=True),
         metavar="RAD",
         help="Largest gap of a joint to the start. [0.01]",
     ),
-    click.option(
-        "--approach", is_flag=True, help="Plan a slow way from where the arm is to the start, and put it first."
-    ),
+    option("--approach", is_flag=True, help="Plan a slow way from where the arm is to the start, and put it first."),
 )
 """The options on an arm and its joints."""
 
@@ -79,16 +78,14 @@ class ArmChoice:
         Raises:
             RequestError: If one of them says something of an arm that is not named.
         """
-        names = [item.name for item in fields(cls)]
-        chosen = cls(**{name: options.pop(name) for name in names})
-        if chosen.arm is None:
-            for name in names[1:]:
-                if getattr(chosen, name):
-                    flag = "--ignore-contact" if name == "ignored" else f"--{name.replace('_', '-')}"
-                    what = "says where an arm stands" if name == "base" else "is about an arm"
-                    said = "" if getattr(chosen, name) is True else f" {getattr(chosen, name)}"
-                    raise RequestError(f"{flag}{said} {what}; name the arm as well: --arm iiwa")
-        return chosen
+        given = {item.name: options.pop(item.name) for item in fields(cls)}
+        name, value = next(((name, value) for name, value in given.items() if value), ("arm", None))
+        if name != "arm":
+            flag = "ignore-contact" if name == "ignored" else name.replace("_", "-")
+            what = "says where an arm stands" if name == "base" else "is about an arm"
+            said = "" if value is True else f" {value}"
+            raise RequestError(f"--{flag}{said} {what}; name the arm as well: --arm iiwa")
+        return cls(**given)
 
     def model(self) -> Any:
         """The arm's model, with the tip and the links that were named."""
@@ -127,45 +124,28 @@ def joints_of(
     if chosen.arm is None or chosen.base is None:
         raise RequestError("joints need an arm and its place: --arm iiwa --base x,y,z,yaw, in the scene's coordinates")
     from ovita.sim import Base
-    from ovita.sim.joints import joint_motion
+    from ovita.sim.joints import START_TOLERANCE, arm_joints, gaps, joint_motion, start_problem
 
-    base, model, state = Base.parse(chosen.base), chosen.model(), chosen.state(place)
+    base, model, state, names = Base.parse(chosen.base), chosen.model(), chosen.state(place), chosen.joint_names
     motion, said = joint_motion(
-        path, scene, model, base=base, limits=limits, contacts=contacts, names=chosen.joint_names, state=state
+        path, scene, model, base=base, limits=limits, contacts=contacts, names=names, state=state
     )
     if state is None:
-        return motion, (
-            *said,
-            "Start not checked: nobody said where the arm is (--joint-state FILE or ros2:/joint_states).",
-        )
-    motion, more = _started(motion, state, chosen, model, scene, base, limits)
-    return motion, (*said, more)
-
-
-def _started(
-    motion: JointMotion,
-    state: Mapping[str, float],
-    chosen: ArmChoice,
-    model: Any,
-    scene: Scene,
-    base: Any,
-    limits: Robot | None,
-) -> tuple[JointMotion, str]:
-    """The motion, with an approach before it where that was asked for and is needed, and what was found."""
-    from ovita.sim.joints import START_TOLERANCE, arm_joints, gaps, start_problem
-
-    now = arm_joints(model, chosen.joint_names).state(state)
+        unknown = "Start not checked: nobody said where the arm is (--joint-state FILE or ros2:/joint_states)."
+        return motion, (*said, unknown)
+    now = arm_joints(model, names).state(state)
     tolerance = chosen.start_tolerance or START_TOLERANCE
     problem, worst = start_problem(motion, now, tolerance), max(gaps(motion, now).values())
     if problem is None:
-        return motion, f"Start checked: every joint is within {worst:.4f} rad of it (tolerance {tolerance:g})."
+        checked = f"Start checked: every joint is within {worst:.4f} rad of it (tolerance {tolerance:g})."
+        return motion, (*said, checked)
     if not chosen.approach:
         raise RequestError(f"start: {problem}")
     from ovita.sources.approach import approach
 
     whole = approach(motion, now, model, scene, base, limits)
-    lasts = whole.duration - motion.duration
-    return whole, f"Approach: {lasts:.2f} s from where the arm is, {worst:.3f} rad away, clear of all that is known."
+    way = f"{whole.duration - motion.duration:.2f} s from where the arm is, {worst:.3f} rad away"
+    return whole, (*said, f"Approach: {way}, clear of all that is known.")
 
 
 def still_there(motion: JointMotion, chosen: ArmChoice, place: str) -> None:
@@ -179,8 +159,7 @@ def still_there(motion: JointMotion, chosen: ArmChoice, place: str) -> None:
         return
     from ovita.sim.joints import START_TOLERANCE, arm_joints, start_problem
 
-    state = chosen.state(place) or {}
-    now = arm_joints(chosen.model(), chosen.joint_names).state(state)
+    now = arm_joints(chosen.model(), chosen.joint_names).state(chosen.state(place) or {})
     problem = start_problem(motion, now, chosen.start_tolerance or START_TOLERANCE)
     if problem is not None:
         raise RequestError(f"the arm has moved since it was asked: {problem}")

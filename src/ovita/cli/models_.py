@@ -5,9 +5,10 @@ from __future__ import annotations
 import time
 
 import click
+from click import option
 
 import ovita.plugins as plugin
-from ovita.cli.common import plain
+from ovita.cli.common import plain, say, shown
 from ovita.cli.main import EXIT_INPUT, GuessingGroup
 from ovita.errors import OvitaError
 from ovita.writers.base import MODEL_VARIABLE
@@ -69,8 +70,8 @@ def add(name: str, file: str) -> None:
 
 @group.command()
 @click.argument("name")
-@click.option("--time-limit", type=float, default=300.0, show_default=True, metavar="SECONDS", help="For writing.")
-@click.option("--threads", type=click.IntRange(1), help="Processor cores to use. [llama.cpp's choice]")
+@shown("--time-limit", type=float, default=300.0, metavar="SECONDS", help="For writing.")
+@option("--threads", type=click.IntRange(1), help="Processor cores to use. [llama.cpp's choice]")
 def test(name: str, time_limit: float, threads: int | None) -> None:
     """Try the model NAME on a shipped scene.
 
@@ -92,21 +93,15 @@ def test(name: str, time_limit: float, threads: int | None) -> None:
         click.echo(plain(result.code.rstrip()) + "\n")
     click.echo(f"policy    {'ran' if result.usable else 'did not run'}: {plain(result.message)}")
     click.echo(f"answers   {result.attempts}")
-    click.echo(
-        f"time      {time.monotonic() - started:.1f} s in all, {_seconds(writer.ready_seconds)} of it to get ready"
-    )
+    spent = time.monotonic() - started
+    click.echo(f"time      {spent:.1f} s in all, {writer.ready_seconds:.1f} s of it to get ready")
     last = writer.last
     if last is not None:
-        click.echo(
-            f"reading   {last.input_tokens} tokens, {last.cached_tokens} of them known, {_seconds(last.read_seconds)}"
-        )
+        tokens = f"{last.input_tokens} tokens, {last.cached_tokens} of them known"
+        click.echo(f"reading   {tokens}, {last.read_seconds:.1f} s")
         rate = last.output_tokens / last.write_seconds if last.write_seconds else 0.0
-        click.echo(f"writing   {last.output_tokens} tokens, {_seconds(last.write_seconds)}, {rate:.1f} tokens/s")
+        click.echo(f"writing   {last.output_tokens} tokens, {last.write_seconds:.1f} s, {rate:.1f} tokens/s")
     raise SystemExit(EXIT_OF[result.status])
-
-
-def _seconds(seconds: float) -> str:
-    return f"{seconds:.1f} s"
 
 
 @click.command()
@@ -131,5 +126,5 @@ def _state(kind: str, name: str) -> bool:
     except OvitaError as error:
         problem = str(error)
     said = problem or f"from {plugin.origin(entry)} ({entry.value})"
-    click.echo(plain(f"{kind:11} {entry.name:14} {said}"))
+    say(f"{kind:11} {entry.name:14} {said}")
     return bool(problem)

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import EXIT_NOTHING, FRAMES, check_writable, names_in, plain, section, show_notes, waiting
+from ovita.cli.common import EXIT_NOTHING, FRAMES, check_writable, names_in, say, section, show_notes, shown, waiting
 from ovita.errors import FormatError, RequestError
 from ovita.io import atomic_write, load_scene, scene_dict
 from ovita.io.json_ import dumps
@@ -17,72 +18,52 @@ from ovita.perceive.assemble import perceive_clouds
 from ovita.perceive.detect import detector_named
 from ovita.perceive.pictures import gathered
 from ovita.perceive.recordings import Recorded, RecordingChoices, load_mount
-from ovita.perceive.update import impact, update
+from ovita.perceive.update import SceneUpdate, impact, update
 from ovita.result import Adaptation
 
 
 @click.command()
 @click.argument("places", metavar="PICTURE...", nargs=-1, required=True)
-@click.option("--out", "-o", metavar="FILE", help="Write the scene (JSON), for ovita adapt --scene.")
-@click.option("--camera", metavar="FILE", help="Intrinsics and pose of loose pictures. [camera.json in each folder]")
-@click.option("--names", metavar="A,B", help="What you call the things: 'red cup, ball', or 'cup=red, bin=blue box'.")
-@click.option("--text", default="", help="What you say about the scene; it becomes its environment.")
-@click.option("--frame", type=FRAMES, default="flu", show_default=True, help="Of the camera's world.")
-@click.option(
-    "--plane",
-    default="auto",
-    show_default=True,
-    metavar="auto|none|Z",
-    help="What things rest on; Z is its height [m].",
-)
-@click.option(
+@option("--out", "-o", metavar="FILE", help="Write the scene (JSON), for ovita adapt --scene.")
+@option("--camera", metavar="FILE", help="Intrinsics and pose of loose pictures. [camera.json in each folder]")
+@option("--names", metavar="A,B", help="What you call the things: 'red cup, ball', or 'cup=red, bin=blue box'.")
+@option("--text", default="", help="What you say about the scene; it becomes its environment.")
+@shown("--frame", type=FRAMES, default="flu", help="Of the camera's world.")
+@shown("--plane", default="auto", metavar="auto|none|Z", help="What things rest on; Z is its height [m].")
+@shown(
     "--detector",
     default="clusters",
-    show_default=True,
     metavar="NAME",
     help="What finds and names things: clusters, vlm:PROVIDER:MODEL, onnx:ENCODER,DECODER, or vlm:...+onnx:....",
 )
-@click.option("--base-url", metavar="URL", help="An OpenAI-compatible server; --detector vlm:MODEL names its model.")
-@click.option(
-    "--boxes", metavar="HOW", help="How a model writes boxes: gemini, qwen2.5, qwen3, glm, fractions. [by name]"
-)
-@click.option(
+@option("--base-url", metavar="URL", help="An OpenAI-compatible server; --detector vlm:MODEL names its model.")
+@option("--boxes", metavar="HOW", help="How a model writes boxes: gemini, qwen2.5, qwen3, glm, fractions. [by name]")
+@option(
     "--without",
     multiple=True,
     metavar="WHAT",
     help="Leave out: a thing by its name (the arm in the picture), pixels x0,y0,x1,y1 of the first picture, or a box"
     " x0,y0,z0,x1,y1,z1 in the world [m]; again for more.",
 )
-@click.option("--crop", metavar="X0,Y0,X1,Y1", help="Look at these pixels of the first picture only.")
-@click.option("--rgb", metavar="TOPIC", help="Topic of a bag's or a live camera's picture. [the only one]")
-@click.option("--depth", metavar="TOPIC", help="Topic of a bag's depth. [the only one]")
-@click.option("--cloud", metavar="TOPIC", help="Topic of a bag's point cloud, instead of depth.")
-@click.option(
+@option("--crop", metavar="X0,Y0,X1,Y1", help="Look at these pixels of the first picture only.")
+@option("--rgb", metavar="TOPIC", help="Topic of a bag's or a live camera's picture. [the only one]")
+@option("--depth", metavar="TOPIC", help="Topic of a bag's depth. [the only one]")
+@option("--cloud", metavar="TOPIC", help="Topic of a bag's point cloud, instead of depth.")
+@option(
     "--at",
     type=float,
     multiple=True,
     metavar="SECONDS",
     help="When to look into a bag; again for more views. [its end]",
 )
-@click.option("--camera-frame", metavar="NAME", help="The camera's optical frame. [that of the messages]")
-@click.option("--world-frame", metavar="NAME", help="The frame of the scene. [the root of the bag's transforms]")
-@click.option(
-    "--pose", metavar="FILE", help="Where the camera is mounted (JSON): pose 4x4, and the frame that it is in."
-)
-@click.option("--update", "old", metavar="SCENE", help="Match with this scene: what moved, came and went; names stay.")
-@click.option("--result", metavar="FILE", help="With --update: what that changes for this adapted path.")
-@click.option("--picture", metavar="FILE", help="Draw what was found over the first view (.png).")
-@click.option("--json", "as_json", is_flag=True, help="Print the scene as JSON instead of a report.")
-def command(
-    places: tuple[str, ...],
-    out: str | None,
-    camera: str | None,
-    old: str | None,
-    result: str | None,
-    picture: str | None,
-    as_json: bool,
-    **given: Any,
-) -> None:
+@option("--camera-frame", metavar="NAME", help="The camera's optical frame. [that of the messages]")
+@option("--world-frame", metavar="NAME", help="The frame of the scene. [the root of the bag's transforms]")
+@option("--pose", metavar="FILE", help="Where the camera is mounted (JSON): pose 4x4, and the frame that it is in.")
+@option("--update", "old", metavar="SCENE", help="Match with this scene: what moved, came and went; names stay.")
+@option("--result", metavar="FILE", help="With --update: what that changes for this adapted path.")
+@option("--picture", metavar="FILE", help="Draw what was found over the first view (.png).")
+@option("--json", "as_json", is_flag=True, help="Print the scene as JSON instead of a report.")
+def command(places: tuple[str, ...], out: str | None, picture: str | None, as_json: bool, **given: Any) -> None:
     """Find the things in PICTUREs with depth, and where they are: centre, size and orientation.
 
     A PICTURE is a folder with depth.png (16-bit, millimetres) or depth.npy (metres), rgb.png or rgb.jpg and
@@ -97,11 +78,11 @@ def command(
     Exit code 3 where nothing was found, or nothing for one of the names.
     """
     _check(out, picture)
-    if result and not old:
+    if given["result"] and not given["old"]:
         raise RequestError("--result goes with --update SCENE, the scene that the path was adapted in")
-    before = None if old is None else _earlier(old)
-    adapted = None if result is None else Adaptation.load(result)
-    there, seen = _looked(places, camera, given, quiet=as_json)
+    before = None if given["old"] is None else _earlier(given["old"])
+    adapted = None if given["result"] is None else Adaptation.load(given["result"])
+    there, seen = _looked(places, given, quiet=as_json)
     change = None if before is None else update(before, seen.scene, there.views)
     seen = seen if change is None else replace(seen, scene=change.scene)
     if out is not None:
@@ -111,14 +92,18 @@ def command(
     if as_json:
         click.echo(dumps(document(seen.scene), "the scene").rstrip())
     else:
-        click.echo(plain(seen.environment or "Nothing was found."))
-        section("Objects", [_line(item) for item in seen.scene])
-        section("Since the last look", change.sentences() if change is not None else ())
-        section("The path", impact(adapted, seen.scene).sentences() if adapted is not None else ())
+        _report(seen, change, adapted)
     show_notes((*there.notes, *seen.notes, *(f"not taken: {each}" for each in (*seen.refused, *seen.missing))))
-    for path in () if as_json else filter(None, (out, picture)):
-        click.echo(plain(f"wrote {path}"))
+    say(*(f"wrote {path}" for path in (out, picture) if path and not as_json))
     raise SystemExit(0 if seen.things and not seen.missing else EXIT_NOTHING)
+
+
+def _report(seen: Perceived, change: SceneUpdate | None, adapted: Adaptation | None) -> None:
+    """Print what was found, what changed since the last look, and what that means for a path."""
+    say(seen.environment or "Nothing was found.")
+    section("Objects", [_line(item) for item in seen.scene])
+    section("Since the last look", change.sentences() if change is not None else ())
+    section("The path", impact(adapted, seen.scene).sentences() if adapted is not None else ())
 
 
 def _earlier(file: str) -> Scene:
@@ -129,16 +114,14 @@ def _earlier(file: str) -> Scene:
     return scene
 
 
-def _looked(
-    places: tuple[str, ...], camera: str | None, given: dict[str, Any], *, quiet: bool
-) -> tuple[Recorded, Perceived]:
+def _looked(places: tuple[str, ...], given: dict[str, Any], *, quiet: bool) -> tuple[Recorded, Perceived]:
     """What there was to look at, without what is to be left out, and what was found in it."""
     leave = _Leave.of(given["without"], given["crop"])
     finder = detector_named(given["detector"], **{name: given[name] for name in ("frame", "base_url", "boxes")})
     options: dict[str, Any] = {"names": names_in(given["names"]), "plane": _level(given["plane"])}
     options |= {name: given[name] for name in ("text", "frame")}
     with waiting("looking", quiet=quiet):
-        there = leave.out_of(gathered(places, camera=camera, choices=_choices(given)))
+        there = leave.out_of(gathered(places, camera=given["camera"], choices=_choices(given)))
         if there.views:
             seen = perceive(there.views, detector=finder, **options)
         elif finder is None:

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import EXIT_NOTHING, literal, plain
+from ovita.cli.common import EXIT_NOTHING, literal, pick, say, shown
 from ovita.cli.main import GuessingGroup
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import read_text
-from ovita.policy import Policy
 from ovita.policy.reading import parse
-from ovita.policy.sandbox import Isolation, Rollout, SandboxLimits, _run
+from ovita.policy.sandbox import Rollout, SandboxLimits, _run
 from ovita.toolkit import judge
 
 
@@ -42,21 +42,19 @@ def _checked(file: str) -> bool:
     try:
         policy = parse(read_text(file))
     except PolicyError as error:
-        click.echo(plain(f"{file}: {error}"))
+        say(f"{file}: {error}")
         return False
     calls = ", toolkit calls only" if policy.toolkit_only else ""
-    click.echo(plain(f"{file}: ok ({policy.form}{calls})" + (f": {policy.summary}" if policy.summary else "")))
-    for parameter in policy.parameters:
-        unit = f" {parameter.unit}" if parameter.unit else ""
-        meaning = f"  {parameter.meaning}" if parameter.meaning else ""
-        click.echo(plain(f"  {parameter.name} = {parameter.value!r}{unit}{meaning}"))
+    say(f"{file}: ok ({policy.form}{calls})" + (f": {policy.summary}" if policy.summary else ""))
+    for p in policy.parameters:
+        say(f"  {p.name} = {p.value!r} {p.unit}".rstrip() + (f"  {p.meaning}" if p.meaning else ""))
     return True
 
 
 @group.command("catalogue")
 @click.argument("names", metavar="[NAME...]", nargs=-1)
-@click.option("--json", "as_json", is_flag=True, help="As a JSON list, for other programs.")
-@click.option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
+@option("--json", "as_json", is_flag=True, help="As a JSON list, for other programs.")
+@option("--markdown", is_flag=True, help="As the page docs/toolkit.md; always with all functions.")
 def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> None:
     """List the functions that a policy may call, or describe those named NAME."""
     from ovita.toolkit.catalogue import CATALOGUE, as_text, describe, extended, page, reference
@@ -84,44 +82,32 @@ def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> 
 
 @group.command("run")
 @click.argument("files", metavar="FILE.py...", nargs=-1, required=True)
-@click.option("--scene", "scene_file", metavar="S.json", required=True, help="File with the trajectory and objects.")
-@click.option("--out", metavar="OUT.json", help="Where to write the result; a list of results for several files.")
-@click.option("--param", "params", metavar="NAME=VALUE", multiple=True, help="Another value for a parameter.")
-@click.option(
+@option("--scene", "scene_file", metavar="S.json", required=True, help="File with the trajectory and objects.")
+@option("--out", metavar="OUT.json", help="Where to write the result; a list of results for several files.")
+@option("--param", "params", metavar="NAME=VALUE", multiple=True, help="Another value for a parameter.")
+@pick(
     "--isolation",
-    type=click.Choice(["auto", "strict", "degraded"]),
-    default="auto",
-    show_default=True,
+    "auto strict degraded",
     help="auto: a policy of toolkit calls only runs in process; strict: none does; degraded: without kernel locks.",
 )
-@click.option("--time-limit", type=float, default=5.0, show_default=True, metavar="S", help="For each policy.")
-@click.option("--memory-limit", type=int, default=1024, show_default=True, metavar="MIB", help="For each policy.")
-@click.option("--kernel-alone", is_flag=True, hidden=True, help="For tests of the sandbox: leave the allowlist out.")
-def run_command(
-    files: tuple[str, ...],
-    scene_file: str,
-    out: str | None,
-    params: tuple[str, ...],
-    isolation: Isolation,
-    time_limit: float,
-    memory_limit: int,
-    kernel_alone: bool,
-) -> None:
+@shown("--time-limit", type=float, default=5.0, metavar="S", help="For each policy.")
+@shown("--memory-limit", type=int, default=1024, metavar="MIB", help="For each policy.")
+@option("--kernel-alone", is_flag=True, hidden=True, help="For tests of the sandbox: leave the allowlist out.")
+def run_command(files: tuple[str, ...], out: str | None, **options: Any) -> None:
     """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails.
 
     OUT holds `adapted` ([[x, y, z, speed], ...]), `isolation` and `timings_ms`, and where a policy failed `error`
     with its kind, line and message.
     """
-    values = _values(params)
-    limits = SandboxLimits(time_limit, memory_limit)
-    task = load_task(scene_file)
-    settings: dict[str, Any] = {"limits": limits, "isolation": isolation, "checked": not kernel_alone}
+    values = _values(options["params"])
+    limits = SandboxLimits(options["time_limit"], options["memory_limit"])
+    task = load_task(options["scene_file"])
+    settings = {"limits": limits, "isolation": options["isolation"], "checked": not options["kernel_alone"]}
     results = [_run_one(file, read_text(file), task, values, settings) for file in files]
     if out is not None:
         document: Any = results[0] if len(results) == 1 else results
         atomic_write(out, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-    for result in results:
-        click.echo(plain(_report(result)))
+    say(*map(_report, results))
     if any("error" in result for result in results):
         raise SystemExit(EXIT_NOTHING)
 
@@ -129,9 +115,8 @@ def run_command(
 def _run_one(
     file: str, text: str, task: Task, values: Mapping[str, Any], settings: Mapping[str, Any]
 ) -> dict[str, Any]:
-    started = time.perf_counter()
+    started, policy = time.perf_counter(), None
     timings: dict[str, float] = {}
-    policy: Policy | None = None
     result: dict[str, Any] = {"file": file, "isolation": settings["isolation"], "timings_ms": timings}
     try:
         policy = parse(text, checked=settings["checked"])
@@ -152,17 +137,10 @@ def _run_one(
 
 def _success(rollout: Rollout, task: Task) -> dict[str, Any]:
     original, adapted = task.trajectory.to_array(), rollout.trajectory.to_array()
-    outcomes = [judge(e, original, adapted, task.scene) for e in rollout.expectations]
-    return {
-        "adapted": rollout.trajectory.to_array().tolist(),
-        "isolation": rollout.isolation,
-        "contacts": list(rollout.contacts),
-        "expectations": [
-            {"kind": e.kind, "text": e.text, "held": o.held, "outcome": o.sentence}
-            for e, o in zip(rollout.expectations, outcomes, strict=True)
-        ],
-        "prints": rollout.prints,
-    }
+    judged = [(e, judge(e, original, adapted, task.scene)) for e in rollout.expectations]
+    told = [{"kind": e.kind, "text": e.text, "held": o.held, "outcome": o.sentence} for e, o in judged]
+    kept = {"isolation": rollout.isolation, "contacts": list(rollout.contacts)}
+    return {"adapted": adapted.tolist(), **kept, "expectations": told, "prints": rollout.prints}
 
 
 def _report(result: Mapping[str, Any]) -> str:

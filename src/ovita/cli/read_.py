@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import option
 
-from ovita.cli.common import plain, shipped_task
+from ovita.cli.common import say, shipped_task
 from ovita.io import load_bare, open_task
 from ovita.text import quoted
 
@@ -23,9 +23,9 @@ OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask 
 
 @click.command()
 @click.argument("utterance")
-@click.option("--scene", "scene_file", metavar="FILE", help="Whose objects may be named. [the shipped table-top scene]")
-@click.option("--before", metavar="FRAMES", default="", help="What was done so far, in the notation, for feedback.")
-@click.option("--json", "as_json", is_flag=True, help="Print it as JSON.")
+@option("--scene", "scene_file", metavar="FILE", help="Whose objects may be named. [the shipped table-top scene]")
+@option("--before", metavar="FRAMES", default="", help="What was done so far, in the notation, for feedback.")
+@option("--json", "as_json", is_flag=True, help="Print it as JSON.")
 def command(utterance: str, scene_file: str | None, before: str, as_json: bool) -> None:
     """Read UTTERANCE and show how it is understood; nothing is adapted.
 
@@ -45,24 +45,21 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
         shown = {"utterance": utterance, "words": words, **document(verdict)}
         click.echo(json.dumps(shown, ensure_ascii=False))
         return
-    click.echo(plain("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words)))
+    say("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words))
     for name, reading in (("Rules", verdict.rules), ("Learned", verdict.learned)):
-        click.echo(plain(f"{name:8}  " + ("was not asked, or is not there" if reading is None else line(reading))))
-    click.echo(plain(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})"))
-    for text in _reasons(verdict):
-        click.echo(plain(f"          {text}"))
+        say(f"{name:8}  " + ("was not asked, or is not there" if reading is None else line(reading)))
+    say(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})")
+    say(*(f"          {text}" for text in _reasons(verdict)))
 
 
 def line(reading: Reading) -> str:
     """A reading on one line: frames in the notation, confidence, and what is left."""
     from ovita.instruct.notation import show
 
-    left = [f"{reading.confidence:.2f}"]
-    left += [f"not read: {quoted(reading.unread)}"] if reading.unread else []
-    left += [f"aside: {quoted(reading.aside)}"] if reading.aside else []
-    left += [f"asks: {reading.question}"] if reading.question else []
-    left += [f"declines: {reading.improper}"] if reading.improper else []
-    return f"{show(reading.frames or reading.edits) or 'nothing'}  ({'; '.join(left)})"
+    left = {"not read": quoted(reading.unread), "aside": quoted(reading.aside)}
+    left |= {"asks": reading.question, "declines": reading.improper}
+    told = "; ".join([f"{reading.confidence:.2f}", *(f"{what}: {words}" for what, words in left.items() if words)])
+    return f"{show(reading.frames or reading.edits) or 'nothing'}  ({told})"
 
 
 def _reasons(verdict: Understanding) -> list[str]:
@@ -74,20 +71,15 @@ def _reasons(verdict: Understanding) -> list[str]:
 def document(verdict: Understanding) -> dict[str, Any]:
     """A verdict and its readings as JSON values."""
     readings = {"rules": verdict.rules, "learned": verdict.learned}
+    said: dict[str, Any] = {"outcome": verdict.outcome, "by": verdict.by, "confidence": verdict.confidence}
+    said |= {"unused": list(verdict.unused), "doubts": list(verdict.doubts)}
     return {
         "readings": {name: None if one is None else _reading(one) for name, one in readings.items()},
-        "verdict": {
-            "outcome": verdict.outcome,
-            "by": verdict.by,
-            "confidence": verdict.confidence,
-            "unused": list(verdict.unused),
-            "doubts": list(verdict.doubts),
-            **_reading(verdict.reading),
-        },
+        "verdict": said | _reading(verdict.reading),
     }
 
 
-def _reading(reading: Reading) -> Mapping[str, Any]:
+def _reading(reading: Reading) -> dict[str, Any]:
     from ovita.instruct.notation import show
 
     own = {key: value for key, value in asdict(reading).items() if key not in ("frames", "edits")}

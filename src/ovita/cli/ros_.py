@@ -6,14 +6,15 @@ import json
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import BASE_URL, ISOLATION, WRITER, plain, together, writer_from
+from ovita.cli.common import BASE_URL, ISOLATION, WRITER, say, shown, together, writer_from
 from ovita.io import load_robot, load_scene
 from ovita.io.links import Address
 
 on_bus = together(
-    click.option("--domain", type=click.IntRange(0, 232), help="The DDS domain. [ROS_DOMAIN_ID, else 0]"),
-    click.option("--local", is_flag=True, help="Stay on this machine."),
+    option("--domain", type=click.IntRange(0, 232), help="The DDS domain. [ROS_DOMAIN_ID, else 0]"),
+    option("--local", is_flag=True, help="Stay on this machine."),
 )
 """The options that say which bus is meant."""
 
@@ -32,8 +33,8 @@ def group() -> None:
 
 
 @group.command("list")
-@click.option("--wait", type=click.FloatRange(0.1, 60), default=2.0, show_default=True, help="How long to look [s].")
-@click.option("--json", "as_json", is_flag=True, help="As JSON.")
+@shown("--wait", type=click.FloatRange(0.1, 60), default=2.0, help="How long to look [s].")
+@option("--json", "as_json", is_flag=True, help="As JSON.")
 @on_bus
 def list_(wait: float, as_json: bool, domain: int | None, local: bool) -> None:
     """List the topics that others publish or hear, with types, numbers and quality of service."""
@@ -48,26 +49,26 @@ def list_(wait: float, as_json: bool, domain: int | None, local: bool) -> None:
     for row in rows:
         offered = f", {row.offered}" if row.publishers else ""
         counts = f"{row.publishers} publish{offered}; {row.subscribers} subscribe"
-        click.echo(plain(f"{row.topic}  {', '.join(row.types)}  ({counts})"))
+        say(f"{row.topic}  {', '.join(row.types)}  ({counts})")
 
 
 @group.command()
 @click.argument("topic")
-@click.option("--count", type=click.IntRange(1), default=1, show_default=True, help="How many messages.")
-@click.option("--timeout", type=click.FloatRange(0.1), default=10.0, show_default=True, help="For each of them [s].")
+@shown("--count", type=click.IntRange(1), default=1, help="How many messages.")
+@shown("--timeout", type=click.FloatRange(0.1), default=10.0, help="For each of them [s].")
 @on_bus
 def echo(topic: str, count: int, timeout: float, domain: int | None, local: bool) -> None:
     """Print messages on TOPIC as JSON, one a line, whatever quality of service it is published with."""
     from ovita.io.ros2 import echoed
 
     for message in echoed(address_of(topic, domain, local, timeout=timeout), count):
-        click.echo(plain(json.dumps(message)))
+        say(json.dumps(message))
 
 
 @group.command()
-@click.option("--name", default="ovita", show_default=True, help="Of the node; its topics are below it.")
-@click.option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects. [none]")
-@click.option("--robot", default="none", show_default=True, metavar="NAME|FILE", help="Whose limits hold.")
+@shown("--name", default="ovita", help="Of the node; its topics are below it.")
+@option("--scene", "scene_file", metavar="FILE", help="Scene file with the objects. [none]")
+@shown("--robot", default="none", metavar="NAME|FILE", help="Whose limits hold.")
 @WRITER
 @BASE_URL
 @ISOLATION

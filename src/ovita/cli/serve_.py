@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import BASE_URL, ISOLATION, WRITER, together, writer_from
+from ovita.cli.common import BASE_URL, ISOLATION, WRITER, shown, together, writer_from
 from ovita.errors import RequestError
 from ovita.io import is_address, load_robot
 from ovita.paths.robot import PRESETS, Robot
@@ -20,43 +21,31 @@ from ovita.serve.application import Application
 _FOLDER = click.Path(exists=True, file_okay=False, path_type=Path)
 _DEFAULTS = AccessRules()
 ruled = together(
-    click.option("--folder", "folders", type=_FOLDER, multiple=True, help="Files below it may be read. [none]"),
-    click.option("--save-to", "outputs", type=_FOLDER, multiple=True, help="New files may be saved below it. [none]"),
-    click.option("--robot", "robots", metavar="NAME|FILE", multiple=True, help="A robot that may be chosen. [presets]"),
-    click.option(
+    option("--folder", "folders", type=_FOLDER, multiple=True, help="Files below it may be read. [none]"),
+    option("--save-to", "outputs", type=_FOLDER, multiple=True, help="New files may be saved below it. [none]"),
+    option("--robot", "robots", metavar="NAME|FILE", multiple=True, help="A robot that may be chosen. [presets]"),
+    option(
         "--allow-send",
         "places",
         metavar="PLACE",
         multiple=True,
         help="Exactly where results may be sent once a person agrees, such as ros2:/plan. [nowhere]",
     ),
-    click.option(
-        "--max-waypoints", "waypoints", type=click.IntRange(2), default=_DEFAULTS.waypoints, show_default=True
-    ),
-    click.option(
-        "--max-tasks", "tasks", type=click.IntRange(1), default=_DEFAULTS.tasks, show_default=True, help="Of an owner."
-    ),
-    click.option(
+    shown("--max-waypoints", "waypoints", type=click.IntRange(2), default=_DEFAULTS.waypoints),
+    shown("--max-tasks", "tasks", type=click.IntRange(1), default=_DEFAULTS.tasks, help="Of an owner."),
+    shown(
         "--idle-minutes",
         type=click.FloatRange(0.01),
         default=_DEFAULTS.idle / 60.0,
-        show_default=True,
         help="Until an unused task is closed.",
     ),
-    click.option(
-        "--max-request",
-        "request_bytes",
-        type=click.IntRange(1_000),
-        default=_DEFAULTS.request_bytes,
-        show_default=True,
-        metavar="BYTES",
+    shown(
+        "--max-request", "request_bytes", type=click.IntRange(1_000), default=_DEFAULTS.request_bytes, metavar="BYTES"
     ),
-    click.option(
-        "--rate", type=click.IntRange(1), default=_DEFAULTS.rate, show_default=True, help="Calls in a minute."
-    ),
-    click.option("--sessions", type=click.Path(path_type=Path), help="Where tasks are kept. [the user's state folder]"),
-    click.option("--audit", type=click.Path(path_type=Path), help="The audit log. [audit.jsonl beside the tasks]"),
-    click.option("--sent-log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the state folder]"),
+    shown("--rate", type=click.IntRange(1), default=_DEFAULTS.rate, help="Calls in a minute."),
+    option("--sessions", type=click.Path(path_type=Path), help="Where tasks are kept. [the user's state folder]"),
+    option("--audit", type=click.Path(path_type=Path), help="The audit log. [audit.jsonl beside the tasks]"),
+    option("--sent-log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the state folder]"),
     WRITER,
     BASE_URL,
     ISOLATION,
@@ -69,22 +58,13 @@ def _application(given: dict[str, Any]) -> Application:
     for place in given["places"]:
         if not is_address(place) and not Path(place).is_absolute():
             raise RequestError(f"--allow-send {place}: name an address such as ros2:/plan, or a whole path of a file")
-    rules = AccessRules(
-        folders=tuple(folder.resolve() for folder in given["folders"]),
-        outputs=tuple(folder.resolve() for folder in given["outputs"]),
-        robots=_robots(given["robots"]),
-        idle=given["idle_minutes"] * 60.0,
-        **{name: given[name] for name in ("places", "waypoints", "tasks", "request_bytes", "rate")},
-    )
+    below: dict[str, Any] = {name: tuple(folder.resolve() for folder in given[name]) for name in ("folders", "outputs")}
+    as_said = {name: given[name] for name in ("places", "waypoints", "tasks", "request_bytes", "rate")}
+    rules = AccessRules(**below, **as_said, robots=_robots(given["robots"]), idle=given["idle_minutes"] * 60.0)
     folder = given["sessions"] or default_folder() / "tasks"
-    return Application(
-        rules,
-        folder,
-        AuditLog(given["audit"] or folder.parent / "audit.jsonl"),
-        writer_from(given),
-        known_isolation(given["isolation"]),
-        given["sent_log"],
-    )
+    audit = AuditLog(given["audit"] or folder.parent / "audit.jsonl")
+    isolation = known_isolation(given["isolation"])
+    return Application(rules, folder, audit, writer_from(given), isolation, given["sent_log"])
 
 
 def _robots(names: tuple[str, ...]) -> dict[str, Robot]:
@@ -118,9 +98,9 @@ def mcp(**given: Any) -> None:
 
 
 @group.command()
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8766, show_default=True, help="0 takes any free one.")
-@click.option(
+@shown("--host", default="127.0.0.1", help="Address to listen on.")
+@shown("--port", type=click.IntRange(0, 65535), default=8766, help="0 takes any free one.")
+@option(
     "--token",
     "tokens",
     multiple=True,
@@ -128,7 +108,7 @@ def mcp(**given: Any) -> None:
     metavar="[OWNER=]TEXT",
     help="What a client must bring; again for more owners. 'auto' makes one and prints it once. [auto]",
 )
-@click.option("--name", "names", multiple=True, metavar="HOST", help="A further host name that clients call it by.")
+@option("--name", "names", multiple=True, metavar="HOST", help="A further host name that clients call it by.")
 @ruled
 def http(host: str, port: int, tokens: tuple[str, ...], names: tuple[str, ...], **given: Any) -> None:
     """Serve many clients over HTTP: MCP under /mcp, REST under /v1, and a page that describes it under /."""

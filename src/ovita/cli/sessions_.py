@@ -15,29 +15,12 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import (
-    BASE_URL,
-    ISOLATION,
-    LABELS,
-    WRITER,
-    constraints_from,
-    in_frame,
-    literal,
-    notes_on,
-    notes_on_writer,
-    plain,
-    robot_from,
-    shared,
-    show,
-    show_notes,
-    task_at,
-    waiting,
-    writer_from,
-)
+from ovita.cli import common
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.io import WRITTEN, Task, load_bare, load_robot, save_trajectory, writable
+from ovita.io import WRITTEN, Task, load_robot, save_trajectory, writable
 from ovita.io.files import make_folder, state_folder
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.sandbox import known_isolation
@@ -68,9 +51,9 @@ Where a later turn loses what an earlier one asked for, it says so; answer "keep
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
-@click.option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
-@shared
+@option("--journal", metavar="FILE", help="Keep every turn in FILE (.jsonl), and go on from it if it exists.")
+@option("--resume", is_flag=True, help="Go on with the last talk about FILE that was kept.")
+@common.shared
 def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
     """Adapt the trajectory in FILE in a conversation; type /help for what you can say.
 
@@ -78,31 +61,33 @@ def chat(file: str, journal: str | None, resume: bool, **options: Any) -> None:
 
     Where FILE holds objects and no trajectory, the first sentence makes one: "from the box to the plate, slowly".
     """
-    bare = load_bare(file) if options["scene_file"] is None else None
-    task = task_at(file, options) if bare is None else replace(bare, scene=in_frame(bare.scene, options["frame"]))
+    task = common.bare_task(file, options) or common.task_at(file, options)
     session = _opened(task, journal, options)
     keeper = Keeper(file) if not journal and (resume or at_a_terminal()) else None
     if resume:
         session = _resumed(session, keeper)
     names = ", ".join(task.scene.names) or "none"
-    held = "no trajectory yet" if session.bare else f"{len(task.trajectory)} waypoints"
-    click.echo(plain(f"{file}: {held}; objects: {names}."))
-    show_notes((*notes_on(task, options["robot"]), *notes_on_writer(session.writer)))
-    click.echo("Say from where to where, or /help." if session.bare else "Say what should change, or /help.")
+    held, what = f"{len(task.trajectory)} waypoints", "what should change"
+    if session.bare:
+        held, what = "no trajectory yet", "from where to where"
+    common.say(f"{file}: {held}; objects: {names}.")
+    common.show_notes((*common.notes_on(task, options["robot"]), *common.notes_on_writer(session.writer)))
+    click.echo(f"Say {what}, or /help.")
     if keeper is not None and keeper.earlier is not None and not resume:
         click.echo("An earlier talk about this file is kept; /resume goes on with it.")
     session = _talked(session, keeper)
     if keeper is not None and session.kept:
-        click.echo(plain(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume"))
+        common.say(f"Kept; go on with: ovita chat {shlex.quote(file)} --resume")
 
 
 def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session:
     """A conversation about a task, or the one that a journal holds."""
-    robot, writer = robot_from(task, options["robot"], options["max_speed"]), writer_from(options)
-    session = Session(task.trajectory, task.scene, robot, writer, constraints_from(options), options["isolation"])
+    robot, writer = common.robot_from(task, options["robot"], options["max_speed"]), common.writer_from(options)
+    limits = common.constraints_from(options)
+    session = Session(task.trajectory, task.scene, robot, writer, limits, options["isolation"])
     if journal and os.path.exists(journal):
         session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
-        click.echo(plain(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them."))
+        common.say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
     elif journal:
         session.keep(journal)
     return session
@@ -120,7 +105,7 @@ def _talked(session: Session, keeper: Keeper | None) -> Session:
             if keeper is not None:
                 keeper.keep(session)
         except OvitaError as error:
-            click.echo(f"error: {plain(str(error))}")
+            click.echo(f"error: {common.plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
     return session
@@ -137,7 +122,7 @@ def _resumed(session: Session, keeper: Keeper | None) -> Session:
     if session.steps:
         raise RequestError("this talk has begun; end it with /quit, and go on with the last one by --resume")
     found = Session.resume(str(keeper.earlier), writer=session.writer, isolation=session.isolation)
-    click.echo(plain(f"{counted(len(found.steps), 'turn')} so far; /history lists them."))
+    common.say(f"{counted(len(found.steps), 'turn')} so far; /history lists them.")
     return found
 
 
@@ -149,19 +134,13 @@ def _candidates(session: Session, begun: str) -> list[str]:
 
 def _obey(session: Session, line: str) -> bool:
     """Do one line; False ends the conversation."""
-    if line[0] not in _MARKS:
-        _say(session, line, "current")
-        return True
-    word, _, rest = line[1:].partition(" ")
-    rest = rest.strip()
+    word, _, rest = line[1:].partition(" ") if line[0] in _MARKS else ("current", "", line)
     if word in ("quit", "exit", "q"):
         return False
-    if word in ("original", "current"):
-        _say(session, rest, "original" if word == "original" else "current")
-    elif word in _WORDS:
-        click.echo(plain(_WORDS[word](session)))
+    if word in _WORDS:
+        common.say(_WORDS[word](session))
     elif word in _DEEDS:
-        _DEEDS[word](session, rest)
+        _DEEDS[word](session, rest.strip())
     else:
         near = get_close_matches(word, COMMANDS, n=1)
         hint = f"did you mean /{near[0]}?" if near else "/help lists them"
@@ -170,12 +149,12 @@ def _obey(session: Session, line: str) -> bool:
 
 
 def _say(session: Session, text: str, on: FeedbackOn) -> None:
-    with waiting("writing a policy") as tell:
+    with common.waiting("writing a policy") as tell:
         result = begun(session, text, progress=tell) if session.bare else session.say(text, on=on, progress=tell)
     if result.writer.kind == "feedback":
-        click.echo(plain(result.message))
+        common.say(result.message)
     else:
-        show(result)
+        common.show(result)
     if session.pending is not None:
         click.echo('Say "yes" to do it, "no", or what is different, such as "no, 10 cm".')
 
@@ -184,7 +163,7 @@ def _set(session: Session, rest: str) -> None:
     name, equals, value = rest.partition("=")
     if not equals:
         raise RequestError("turn a knob like this: /set left=0.3")
-    show(session.tune({name.strip(): literal(value)}))
+    common.show(session.tune({name.strip(): common.literal(value)}))
 
 
 def _undo(session: Session) -> str:
@@ -192,13 +171,9 @@ def _undo(session: Session) -> str:
     return f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."
 
 
-def _redo(session: Session) -> str:
-    return f"Brought back: {session.steps[-1].said}." if session.redo() else "There is nothing to redo."
-
-
 def _history(session: Session) -> str:
     turns = enumerate(session.steps, start=1)
-    lines = [f"{i}. on {t.feedback_on}: {t.said}  [{LABELS[t.adaptation.status]}]" for i, t in turns]
+    lines = [f"{i}. on {t.feedback_on}: {t.said}  [{common.LABELS[t.adaptation.status]}]" for i, t in turns]
     return "\n".join(lines) or "Nothing was said yet."
 
 
@@ -222,13 +197,13 @@ def _plot(session: Session, rest: str) -> None:
 
 
 def _save(session: Session, rest: str) -> None:
-    path = rest or f"result{session.adaptation.mark if session.adaptation else ''}.json"
+    path = rest or f"result{getattr(session.adaptation, 'mark', '')}.json"
     if path.lower().endswith(".json"):
         _last(session).save(path)
     elif writable(path):
-        verdict = session.adaptation.verdict if session.adaptation else ""
-        for note in save_trajectory(path, session.current, session.scene, verdict=verdict):
-            click.echo(f"note: {plain(note)}")
+        verdict = getattr(session.adaptation, "verdict", "")
+        lost = save_trajectory(path, session.current, session.scene, verdict=verdict)
+        common.say(*(f"note: {note}" for note in lost))
     else:
         raise RequestError(f"{path}: results are saved as .json, trajectories as {', '.join(WRITTEN[1:])}")
     click.echo(f"wrote {path}")
@@ -236,7 +211,7 @@ def _save(session: Session, rest: str) -> None:
 
 _WORDS: dict[str, Callable[[Session], str]] = {
     "undo": _undo,
-    "redo": _redo,
+    "redo": lambda s: f"Brought back: {s.steps[-1].said}." if s.redo() else "There is nothing to redo.",
     "history": _history,
     "knobs": lambda session: "\n".join(f"  {parameter.line}" for parameter in _last(session).parameters),
     "objects": _objects,
@@ -247,13 +222,15 @@ _WORDS: dict[str, Callable[[Session], str]] = {
 """What is answered in words."""
 
 _DEEDS: dict[str, Callable[[Session, str], None]] = {
-    "accept": lambda session, rest: show(session.accept()),
+    "original": lambda session, rest: _say(session, rest, "original"),
+    "current": lambda session, rest: _say(session, rest, "current"),
+    "accept": lambda session, rest: common.show(session.accept()),
     "set": _set,
     "plot": _plot,
     "save": _save,
 }
 
-COMMANDS = tuple(sorted({"quit", "original", "current", "resume", *_WORDS, *_DEEDS}))
+COMMANDS = tuple(sorted({"quit", "resume", *_WORDS, *_DEEDS}))
 """What may follow a slash."""
 
 
@@ -336,15 +313,11 @@ def _write_history(history: Path) -> None:
 def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: Sequence[str]) -> list[str]:
     """What the last word of a line may become: a command, a knob to set, a file, or the rest of an object's name.
 
-    Args:
-        line: Up to the cursor.
-        commands: Without their slash.
-        names: Of objects; one may have several words.
-        knobs: That /set turns.
+    The line goes up to the cursor, commands come without their slash, and an object's name may have several words.
     """
     _, space, last = line.rpartition(" ")
-    command = line[1:].partition(" ")[0] if line[:1] in _MARKS else ""
-    if line[:1] in _MARKS and not space:
+    command = line[1:].partition(" ")[0] if line.startswith(_MARKS) else ""
+    if line.startswith(_MARKS) and not space:
         return [f"{line[0]}{word} " for word in commands if word.startswith(command)]
     if command == "set":
         return [f"{name}=" for name in knobs if name.startswith(last)]
@@ -355,11 +328,8 @@ def completed(line: str, commands: Sequence[str], names: Sequence[str], knobs: S
 
 def _rest(line: str, name: str, last: str) -> str:
     """The last word of a line with what is missing of a name that the line ends with the beginning of; else ""."""
-    for size in range(len(name) - 1, 0, -1):
-        begun = line[-size:].lower() == name[:size].lower() and line[-size - 1 : -size] in ("", " ")
-        if begun:
-            return last + name[size:]
-    return ""
+    sizes = (n for n in range(len(name) - 1, 0, -1) if f" {line}".lower().endswith(f" {name[:n]}".lower()))
+    return next((last + name[size:] for size in sizes), "")
 
 
 def _files(text: str) -> list[str]:
@@ -371,11 +341,7 @@ def _files(text: str) -> list[str]:
 
 
 class Keeper:
-    """Keeps the talk about a file in a journal of its own from its first turn on, and knows the talk before it.
-
-    Args:
-        file: That is talked about.
-    """
+    """Keeps the talk about a file in a journal of its own from its first turn on, and knows the talk before it."""
 
     def __init__(self, file: str) -> None:
         place = os.path.realpath(file)
@@ -400,20 +366,20 @@ class Keeper:
 
 @click.command()
 @click.argument("files", metavar="[FILE|FOLDER]...", nargs=-1)
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8765, show_default=True, help="0 takes any free one.")
-@click.option(
+@common.shown("--host", default="127.0.0.1", help="Address to listen on.")
+@common.shown("--port", type=click.IntRange(0, 65535), default=8765, help="0 takes any free one.")
+@option(
     "--token",
     default="",
     envvar="OVITA_STUDIO_TOKEN",
     metavar="TEXT",
     help="What a browser must bring; 'auto' makes one. Needed where other machines can reach the studio.",
 )
-@WRITER
-@BASE_URL
-@click.option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
-@click.option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
-@ISOLATION
+@common.WRITER
+@common.BASE_URL
+@option("--robot", metavar="NAME|FILE", help="Limits to begin with: a name as for adapt, or a file. [scene's]")
+@option("--sessions", type=click.Path(path_type=Path), help="Folder where sessions are kept.")
+@common.ISOLATION
 def studio(
     files: tuple[str, ...], host: str, port: int, token: str, robot: str | None, sessions: Path | None, **options: Any
 ) -> None:
@@ -421,12 +387,9 @@ def studio(
     from ovita.studio import Studio, StudioSettings
     from ovita.studio.sessions import default_folder
 
-    template = Session(
-        Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1]),
-        robot=load_robot(robot or "none"),
-        writer=writer_from(options),
-        isolation=known_isolation(options["isolation"]),
-    )
+    limits, writer, isolation = load_robot(robot or "none"), common.writer_from(options), options["isolation"]
+    begun = Trajectory([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], [0.1, 0.1])
+    template = Session(begun, robot=limits, writer=writer, isolation=known_isolation(isolation))
     server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"
     told = "" if made or not token else "; it asks for the token"

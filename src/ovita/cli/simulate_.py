@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import click
+from click import option
 
 from ovita import sim
-from ovita.cli.common import ENGINE, EXIT_OF, plain, show_notes, source, task_at, together, waiting
+from ovita.cli.common import ENGINE, EXIT_OF, pick, plain, say, show_notes, shown, source, task_at, together, waiting
 from ovita.cli.joints_ import IGNORED, TIP
 from ovita.errors import FormatError, OvitaError, RequestError
 from ovita.io import READ, atomic_write, is_adaptation
@@ -28,14 +29,14 @@ from ovita.result import Adaptation
 from ovita.workers import Engine, shared
 
 disturbed = together(
-    click.option("--noise", type=float, default=0.0, metavar="M|RAD", help="Of measured places, standard deviation."),
-    click.option("--rate-noise", type=float, default=0.0, metavar="M/S", help="Of measured speeds; rad/s of joints."),
-    click.option("--delay", type=float, default=0.0, metavar="S", help="From the sensors to the actuators."),
-    click.option("--lag", type=float, default=0.0, metavar="S", help="Time constant of rotors and motors."),
-    click.option("--payload", type=float, default=0.0, metavar="KG", help="At the tip, unknown to the controller."),
-    click.option("--wind", metavar="X,Y,Z", help="Velocity of the air in the scene's coordinates, in m/s."),
-    click.option("--gust", type=float, default=0.0, metavar="M/S", help="Standard deviation of the wind's changes."),
-    click.option("--seed", type=int, default=0, metavar="N", help="Of noise and gusts."),
+    option("--noise", type=float, default=0.0, metavar="M|RAD", help="Of measured places, standard deviation."),
+    option("--rate-noise", type=float, default=0.0, metavar="M/S", help="Of measured speeds; rad/s of joints."),
+    option("--delay", type=float, default=0.0, metavar="S", help="From the sensors to the actuators."),
+    option("--lag", type=float, default=0.0, metavar="S", help="Time constant of rotors and motors."),
+    option("--payload", type=float, default=0.0, metavar="KG", help="At the tip, unknown to the controller."),
+    option("--wind", metavar="X,Y,Z", help="Velocity of the air in the scene's coordinates, in m/s."),
+    option("--gust", type=float, default=0.0, metavar="M/S", help="Standard deviation of the wind's changes."),
+    option("--seed", type=int, default=0, metavar="N", help="Of noise and gusts."),
 )
 """The options on what disturbs a simulated robot."""
 
@@ -53,36 +54,28 @@ def disturbances_of(options: dict[str, Any]) -> sim.Disturbances:
 
 @click.command()
 @click.argument("file", metavar="FILE")
-@click.option(
+@option(
     "--robot",
     metavar="NAME|FILE",
     help="arm (iiwa), drone (crazyflie), ground (jackal, rover), or a .toml, model or folder. [FILE's]",
 )
-@click.option(
-    "--which",
-    type=click.Choice(["both", "original", "adapted"]),
-    default="both",
-    show_default=True,
-    help="Of a result.",
-)
-@click.option("--video", metavar="FILE", help="Also render a video: .mp4 or .gif.")
-@click.option(
+@pick("--which", "both original adapted", "Of a result.")
+@option("--video", metavar="FILE", help="Also render a video: .mp4 or .gif.")
+@option(
     "--base", metavar="X,Y,Z,YAW", help="Where the robot stands, in metres and radians. [an arm: where it reaches most]"
 )
-@click.option(
+@pick(
     "--orientation",
-    type=click.Choice(["auto", "free", "keep"]),
-    default="auto",
-    show_default=True,
+    "auto free keep",
     help="Of an arm's tip: as the trajectory says if it does, free, or kept as at the start.",
 )
 @TIP
 @IGNORED
-@click.option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
+@option("--solid", is_flag=True, help="Objects push back; otherwise contact is only reported.")
 @disturbed
-@click.option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
-@click.option("--report", metavar="FILE", help="FILE is a folder: a table of all in it, as .csv, .md or .json.")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Workers, with --report.")
+@option("--json", "as_json", is_flag=True, help="Print the reports as JSON.")
+@option("--report", metavar="FILE", help="FILE is a folder: a table of all in it, as .csv, .md or .json.")
+@shown("--jobs", type=click.IntRange(1), default=1, help="Workers, with --report.")
 @ENGINE
 @source
 def command(
@@ -102,21 +95,19 @@ def command(
     if video is not None:
         sim.check_video(video)
     panes, scene, title, model = simulated(file, options, quiet=as_json)
+    reports = {pane.label: pane.simulation.report for pane in panes}
     if as_json:
-        click.echo(json.dumps({pane.label: pane.simulation.report.to_dict() for pane in panes}, indent=2))
-    else:
-        for pane in panes:
-            click.echo(f"\n{pane.label}: {pane.simulation.report.status}")
-            for sentence in pane.simulation.report.sentences():
-                click.echo(plain(f"  {sentence}"))
+        click.echo(json.dumps({label: told.to_dict() for label, told in reports.items()}, indent=2))
+    for label, told in () if as_json else reports.items():
+        click.echo(f"\n{label}: {told.status}")
+        say(*(f"  {sentence}" for sentence in told.sentences()))
     if video is not None:
+        axes = sim.WorldTransform(scene.frame)
         with _bar("rendering", quiet=as_json) as progress:
-            sim.save_video(
-                video, panes, sim.WorldTransform(scene.frame), title=plain(title), robot=model.title, progress=progress
-            )
+            sim.save_video(video, panes, axes, title=plain(title), robot=model.title, progress=progress)
         if not as_json:
             click.echo(f"\nwrote {video}")
-    if any(pane.simulation.report.status in sim.FAILED for pane in panes):
+    if any(told.status in sim.FAILED for told in reports.values()):
         sys.exit(EXIT_OF["infeasible"])
 
 
@@ -133,22 +124,12 @@ def simulated(
         model = sim.load_model(name, tip=options["tip"], ignore_contacts=options["ignored"])
         if stood is None:
             stood = sim.place([path for _, path in paths], scene, model, limits)
+    given: dict[str, Any] = {"base": stood, "limits": limits, "contacts": contacts, "disturbances": disturbances}
+    given |= {name: options[name] for name in ("orientation", "solid")}
     panes = []
     for label, path in paths:
         with _bar(f"simulating {label}", quiet=quiet) as progress:
-            done = sim.simulate(
-                path,
-                scene,
-                model,
-                base=stood,
-                limits=limits,
-                orientation=options["orientation"],
-                solid=options["solid"],
-                contacts=contacts,
-                disturbances=disturbances,
-                progress=progress,
-            )
-        panes.append(sim.Pane(label, path, done))
+            panes.append(sim.Pane(label, path, sim.simulate(path, scene, model, progress=progress, **given)))
     return panes, scene, title, model
 
 
@@ -157,10 +138,10 @@ def _read(
 ) -> tuple[list[tuple[str, Trajectory]], Scene, Robot | None, str, tuple[str, ...]]:
     """The labelled trajectories, the scene, the limits, a title, and the objects that are meant to be touched."""
     if is_adaptation(file):
-        for name in ("scene_file", "frame", "topic", "message", "home", "heading"):
-            if options[name] is not None:
-                flag = name.removesuffix("_file")
-                raise FormatError(file, f"is a result, which has its own scene; leave --{flag} out")
+        known = ("scene_file", "frame", "topic", "message", "home", "heading")
+        for name in (name for name in known if options[name] is not None):
+            flag = name.removesuffix("_file")
+            raise FormatError(file, f"is a result, which has its own scene; leave --{flag} out")
         result = Adaptation.load(file)
         both = [("original", result.original), ("adapted", result.adapted)]
         chosen = [item for item in both if which in ("both", item[0])]
@@ -176,9 +157,8 @@ def _read(
 def _robot_for(limits: Robot | None, file: str) -> str:
     name = "" if limits is None else limits.name
     if name not in sim.STAND_INS:
-        raise click.UsageError(
-            f"{file} does not say which robot it is for; choose one: --robot {'|'.join(sim.STAND_INS)}"
-        )
+        known = "|".join(sim.STAND_INS)
+        raise click.UsageError(f"{file} does not say which robot it is for; choose one: --robot {known}")
     return sim.STAND_INS[name]
 
 
@@ -235,19 +215,19 @@ def simulate_all(folder: str, report: str, jobs: int, engine: Engine, options: d
     for several in shared(work, map(str, files), jobs=min(jobs, len(files)), engine=engine):
         rows += several
         for row in several:
-            click.echo(plain(_line(row)))
+            say(_line(row))
     rows.sort(key=lambda row: row.file)
     atomic_write(report, table(rows, suffix(report)))
     failed = sum(row.failed for row in rows)
-    click.echo(plain(f"\n{len(rows)} simulations of {len(files)} files, {failed} failed; wrote {report}"))
+    say(f"\n{len(rows)} simulations of {len(files)} files, {failed} failed; wrote {report}")
     return EXIT_OF["infeasible"] if failed else 0
 
 
 def _files(folder: Path, besides: Path) -> list[Path]:
     if not folder.is_dir():
         raise RequestError(f"--report wants a folder of trajectories and results; {folder} is none")
-    files = [p for p in sorted(folder.iterdir()) if p.is_file() and suffix(p) in READ]
-    files = [p for p in files if p.resolve() != besides.resolve()]
+    known = [path for path in sorted(folder.iterdir()) if path.is_file() and suffix(path) in READ]
+    files = [path for path in known if path.resolve() != besides.resolve()]
     if not files:
         raise RequestError(f"{folder} holds no file of a known format ({', '.join(READ)})")
     return files
@@ -284,10 +264,9 @@ def table(rows: Sequence[Simulated], ending: str) -> str:
     names = list(cells[0])
     if ending == ".json":
         return json.dumps(cells, indent=1) + "\n"
-    shown = [["" if cell[name] is None else str(cell[name]) for name in names] for cell in cells]
     if ending == ".md":
-        lines = [names, ["---"] * len(names), *([text.replace("|", "\\|") for text in row] for row in shown)]
-        return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+        shown = [["" if value is None else str(value).replace("|", "\\|") for value in cell.values()] for cell in cells]
+        return "".join(f"| {' | '.join(line)} |\n" for line in (names, ["---"] * len(names), *shown))
     out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerows([names, *shown])
+    csv.writer(out, lineterminator="\n").writerows([names, *(cell.values() for cell in cells)])
     return out.getvalue()

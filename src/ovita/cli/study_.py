@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click import option
 
-from ovita.cli.common import waiting
+from ovita.cli.common import shown, waiting
 from ovita.cli.main import GuessingGroup
 from ovita.errors import RequestError
 
@@ -29,12 +30,12 @@ def group() -> None:
 @group.command()
 @click.argument("file", metavar="STUDY.toml")
 @click.argument("more_runs", metavar="[RUN]...", nargs=-1)
-@click.option("--runs", multiple=True, required=True, metavar="RUN", help="Folders that `ovita bench run` wrote.")
-@click.option("--per-person", type=int, metavar="N", help="Ratings a person gives. [the file's, else 24]")
-@click.option("--participants", type=int, metavar="N", help="How many links are made. [the file's, else 30]")
-@click.option("--seed", type=int, metavar="N", help="Decides every order and letter. [the file's, else 0]")
-@click.option("--pilot", is_flag=True, default=None, help="A trial, watermarked, whose data are not for analysis.")
-@click.option("--out", "-o", required=True, metavar="DIR", help="The study's folder, which must not exist yet.")
+@option("--runs", multiple=True, required=True, metavar="RUN", help="Folders that `ovita bench run` wrote.")
+@option("--per-person", type=int, metavar="N", help="Ratings a person gives. [the file's, else 24]")
+@option("--participants", type=int, metavar="N", help="How many links are made. [the file's, else 30]")
+@option("--seed", type=int, metavar="N", help="Decides every order and letter. [the file's, else 0]")
+@option("--pilot", is_flag=True, default=None, help="A trial, watermarked, whose data are not for analysis.")
+@option("--out", "-o", required=True, metavar="DIR", help="The study's folder, which must not exist yet.")
 def new(file: str, runs: tuple[str, ...], more_runs: tuple[str, ...], out: str, **options: Any) -> None:
     """Make a study of what conditions did in bench runs: who sees what, in which order, under which letters."""
     from ovita.study.folder import found_study
@@ -57,9 +58,9 @@ def new(file: str, runs: tuple[str, ...], more_runs: tuple[str, ...], out: str, 
 
 @group.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--port", type=click.IntRange(0, 65535), default=8770, show_default=True, help="0 for any that is free.")
-@click.option("--host", default="127.0.0.1", show_default=True, help="0.0.0.0 lets other machines in.")
-@click.option("--static", "files", metavar="FOLDER", help="Instead write one file a person, for use without a server.")
+@shown("--port", type=click.IntRange(0, 65535), default=8770, help="0 for any that is free.")
+@shown("--host", default="127.0.0.1", help="0.0.0.0 lets other machines in.")
+@option("--static", "files", metavar="FOLDER", help="Instead write one file a person, for use without a server.")
 def serve(folder: str, port: int, host: str, files: str | None) -> None:
     """Serve the study in DIR, a page for each person's link, until ctrl-c; what was answered is on disk at once."""
     from ovita.study import pages
@@ -108,7 +109,7 @@ def collect(folder: str, files: tuple[str, ...]) -> None:
 @group.command()
 @click.argument("folder", metavar="DIR")
 @click.argument("participant", metavar="PARTICIPANT")
-@click.option("--yes", is_flag=True, help="Do not ask.")
+@option("--yes", is_flag=True, help="Do not ask.")
 def withdraw(folder: str, participant: str, yes: bool) -> None:
     """Delete all that PARTICIPANT, such as p07, answered and said; it cannot be undone."""
     from ovita.study.answers import withdraw as delete
@@ -126,17 +127,16 @@ def withdraw(folder: str, participant: str, yes: bool) -> None:
 
 @group.command()
 @click.argument("source", metavar="DIR|RATINGS.csv")
-@click.option("--out", "-o", metavar="FOLDER", help="Where the report goes. [DIR/report]")
-@click.option(
+@option("--out", "-o", metavar="FOLDER", help="Where the report goes. [DIR/report]")
+@shown(
     "--attention",
     type=click.FloatRange(0, 1, max_open=True),
     default=0.5,
-    show_default=True,
     metavar="SHARE",
     help="Leave out whoever passed this share of the attention checks, or less.",
 )
-@click.option("--title", metavar="TEXT", help="Title of the report. [the study's]")
-@click.option("--no-figures", is_flag=True, help="Draw no figures.")
+@option("--title", metavar="TEXT", help="Title of the report. [the study's]")
+@option("--no-figures", is_flag=True, help="Draw no figures.")
 def report(source: str, out: str | None, attention: float, title: str | None, no_figures: bool) -> None:
     """Analyse the ratings of a study: tests with people as the unit, agreement, preferences, figures, an R script.
 
@@ -165,45 +165,36 @@ def report(source: str, out: str | None, attention: float, title: str | None, no
 
 
 @group.command()
-@click.option(
+@option(
     "--effect", type=click.FloatRange(0, min_open=True), metavar="DZ", help="Mean difference over its deviation. [0.5]"
 )
-@click.option("--difference", type=click.FloatRange(0, min_open=True), metavar="X", help="... or the mean difference,")
-@click.option("--deviation", type=click.FloatRange(0, min_open=True), metavar="X", help="and its standard deviation.")
-@click.option("--power", type=click.FloatRange(0.05, 0.999), default=0.8, show_default=True, help="Chance to find it.")
-@click.option("--alpha", type=click.FloatRange(0.0001, 0.5), default=0.05, show_default=True, help="Level of the test.")
-@click.option("--comparisons", type=click.IntRange(1, 1000), default=1, show_default=True, help="Pairs tested (Holm).")
-@click.option("--dropout", type=click.FloatRange(0, 0.9), default=0.0, show_default=True, help="Share that is lost.")
-@click.option("--people", type=click.IntRange(2, 2000), metavar="N", help="Also the power with so many people.")
-def plan(
-    effect: float | None,
-    difference: float | None,
-    deviation: float | None,
-    power: float,
-    alpha: float,
-    comparisons: int,
-    dropout: float,
-    people: int | None,
-) -> None:
+@option("--difference", type=click.FloatRange(0, min_open=True), metavar="X", help="... or the mean difference,")
+@option("--deviation", type=click.FloatRange(0, min_open=True), metavar="X", help="and its standard deviation.")
+@shown("--power", type=click.FloatRange(0.05, 0.999), default=0.8, help="Chance to find it.")
+@shown("--alpha", type=click.FloatRange(0.0001, 0.5), default=0.05, help="Level of the test.")
+@shown("--comparisons", type=click.IntRange(1, 1000), default=1, help="Pairs tested (Holm).")
+@shown("--dropout", type=click.FloatRange(0, 0.9), default=0.0, help="Share that is lost.")
+@option("--people", type=click.IntRange(2, 2000), metavar="N", help="Also the power with so many people.")
+def plan(power: float, alpha: float, comparisons: int, dropout: float, people: int | None, **sizes: Any) -> None:
     """Say how many people a comparison of two conditions takes, each person rating both."""
     from ovita.study.statistics import people_needed, signed_rank_power
 
-    dz = _effect(effect, difference, deviation)
+    dz = _effect(**sizes)
     level = alpha / comparisons
     with waiting("simulates studies"):
         try:
             needed = people_needed(dz, power=power, alpha=level)
         except ValueError as error:
             raise RequestError(f"{error}; look for a larger effect") from None
-        sizes = sorted({*range(max(2, needed - 10), needed + 11, 5), *([people] if people else [])})
-        powers = [signed_rank_power(n, dz, alpha=level) for n in sizes]
+        groups = {*range(max(2, needed - 10), needed + 11, 5), *([people] if people else [])}
+        powers = [(n, signed_rank_power(n, dz, alpha=level)) for n in sorted(groups)]
     holm = f", {alpha:g} / {comparisons} for the strictest of {comparisons} by Holm" if comparisons > 1 else ""
     click.echo(f"Wilcoxon's signed-rank test on people's means, two-sided, level {level:.3g}{holm}; effect dz {dz:.3g}")
     click.echo(f"people needed for a power of {power:.0%}: {needed}")
     if dropout:
         click.echo(f"people to invite if {dropout:.0%} are lost: {math.ceil(needed / (1 - dropout))}")
     click.echo("people   power")
-    for n, chance in zip(sizes, powers, strict=True):
+    for n, chance in powers:
         click.echo(f"{n:6d}   {chance:5.1%}" + ("   (yours)" if n == people else ""))
     click.echo("20,000 simulated studies each (standard error at most 0.4 %), normal differences, exact test.")
 

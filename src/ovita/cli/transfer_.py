@@ -10,19 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 import click
+from click import option
 
-from ovita.cli.common import (
-    EXIT_REFUSED,
-    FRAMES,
-    HEADING,
-    choices_from,
-    plain,
-    section,
-    show_notes,
-    source,
-    task_at,
-    waiting,
-)
+from ovita.cli import common
+from ovita.cli.common import shown
 from ovita.cli.joints_ import ArmChoice, arm_options, joints_of, still_there, tool_task
 from ovita.errors import FormatError, RequestError
 from ovita.gate import Review, against, default_log, refuse, release, review, simulated
@@ -41,19 +32,17 @@ from ovita.paths.scene import Frame, Scene, transformed
 _ENDINGS = f"Formats by ending: {', '.join(READ)} (ROS 1); NAME/ is the folder of a ROS 2 bag."
 
 
-_TAKEOFF = click.option("--takeoff", is_flag=True, help="Begin a mission that has no takeoff with one.")
+_TAKEOFF = option("--takeoff", is_flag=True, help="Begin a mission that has no takeoff with one.")
 
 
 @click.command(epilog=_ENDINGS)
 @click.argument("file", metavar="IN")
 @click.argument("out", metavar="OUT")
-@source
-@click.option("--to-frame", type=FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
-@click.option(
-    "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message of OUT. [that of IN, else path]"
-)
-@click.option("--to-topic", metavar="NAME", help="Topic of OUT. [that of IN, else /path]")
-@click.option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
+@common.source
+@option("--to-frame", type=common.FRAMES, help="Axes of OUT (.json, .csv, .tum). [those of IN]")
+@option("--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message of OUT. [that of IN, else path]")
+@option("--to-topic", metavar="NAME", help="Topic of OUT. [that of IN, else /path]")
+@option("--frame-id", metavar="NAME", help="ROS frame of OUT. [that of IN, else map]")
 @arm_options
 @_TAKEOFF
 def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kind: str | None, **options: Any) -> None:
@@ -67,17 +56,17 @@ def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kin
     arm = ArmChoice.taken(options)
     if to_frame is not None and not out.lower().endswith((".json", ".csv", ".tum", ".txt")):
         raise RequestError(f"--to-frame {to_frame}: {out} has axes of its own; only JSON, CSV and TUM can be turned")
-    choices = choices_from(options | {"kind": kind})
+    choices = common.choices_from(options | {"kind": kind})
     in_joints = kind == "joints"
-    if arm.arm is not None and not in_joints:
-        task = tool_task(file, arm, choices, options["frame"])
-    else:
-        task = task_at(file, options | {"kind": kind})
+    of_a_tip = arm.arm is not None and not in_joints
+    task = (
+        tool_task(file, arm, choices, options["frame"]) if of_a_tip else common.task_at(file, options | {"kind": kind})
+    )
     if in_joints:
         motion, said = joints_of(task.trajectory, task.scene, arm)
         save_joint_motion(out, motion, replace(choices, topic=to_topic))
-        show_notes((*task.notes, *said))
-        click.echo(plain(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}"))
+        common.show_notes((*task.notes, *said))
+        common.say(f"wrote {out}: {len(motion.times)} points of the joints {', '.join(motion.names)}")
         return
     if to_frame is not None:
         target = Frame(to_frame)
@@ -85,13 +74,12 @@ def convert(file: str, out: str, to_frame: str | None, to_topic: str | None, kin
         task = replace(task, trajectory=moved, scene=task.scene.in_frame(target))
     _only_for_drones(out, task.scene, choices)
     lost = save_task(out, task, replace(choices, topic=to_topic))
-    show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
+    common.show_notes((*task.notes, *lost, *_refusable(file, task, out, choices)))
     path, frame = task.trajectory, task.scene.frame
-    in_mission = is_mission(out, task.scene)
-    duration = flight_of(path, task.scene, choices)[0].duration if in_mission else path.duration
+    flown = flight_of(path, task.scene, choices)[0] if is_mission(out, task.scene) else path
     # A bag or a mission has axes of its own, which a note has told.
     axes = f", frame {frame.name} ({frame.describe()})" if out.lower().endswith((".json", ".csv", ".tum")) else ""
-    click.echo(plain(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {duration:.3f} s{axes}"))
+    common.say(f"wrote {out}: {len(path)} waypoints, {path.length:.3f} m in {flown.duration:.3f} s{axes}")
 
 
 def _only_for_drones(place: str, scene: Scene, choices: Choices) -> None:
@@ -107,8 +95,8 @@ def only_for_ros(place: str, **options: str | None) -> None:
         return
     for name, value in options.items():
         if value is not None:
-            flag = "--type" if name == "kind" else f"--{name.replace('_', '-')}"
-            raise RequestError(f"{flag} {value} is about ROS messages, and {place} is no ROS 2 topic or bag")
+            flag = "type" if name == "kind" else name.replace("_", "-")
+            raise RequestError(f"--{flag} {value} is about ROS messages, and {place} is no ROS 2 topic or bag")
 
 
 def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
@@ -127,22 +115,20 @@ def _refusable(file: str, task: Task, out: str, choices: Choices) -> list[str]:
 
 @click.command()
 @click.argument("file", metavar="RESULT.json")
-@click.option("--to", "place", required=True, metavar="PLACE", help="ros2:/topic, mavlink:udp:HOST:PORT, or a file.")
-@click.option("--robot", metavar="NAME|FILE", help="Whose limits to verify against. [the result's]")
-@click.option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the result's]")
-@HEADING
-@click.option(
-    "--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message. [that of the source, else path]"
-)
+@option("--to", "place", required=True, metavar="PLACE", help="ros2:/topic, mavlink:udp:HOST:PORT, or a file.")
+@option("--robot", metavar="NAME|FILE", help="Whose limits to verify against. [the result's]")
+@option("--home", metavar="LAT,LON,ALT", help="Home of a mission in degrees and metres. [the result's]")
+@common.HEADING
+@option("--type", "kind", type=click.Choice([*TYPES, "joints"]), help="ROS message. [that of the source, else path]")
 @arm_options
-@click.option("--topic", metavar="NAME", help="Topic of a bag. [that of the source, else /path]")
-@click.option("--frame-id", metavar="NAME", help="ROS frame. [that of the source, else map]")
+@option("--topic", metavar="NAME", help="Topic of a bag. [that of the source, else /path]")
+@option("--frame-id", metavar="NAME", help="ROS frame. [that of the source, else map]")
 @_TAKEOFF
-@click.option("--yes", is_flag=True, help="Send without asking; refusals stay refusals.")
-@click.option("--dry-run", is_flag=True, help="Only show what the gate finds.")
-@click.option("--trust", multiple=True, metavar="FILE", help="Public key that must have signed it, or one of several.")
-@click.option("--simulate", is_flag=True, help="Let the robot follow it in simulation first; refuse what it cannot.")
-@click.option("--log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the user's state folder]")
+@option("--yes", is_flag=True, help="Send without asking; refusals stay refusals.")
+@option("--dry-run", is_flag=True, help="Only show what the gate finds.")
+@option("--trust", multiple=True, metavar="FILE", help="Public key that must have signed it, or one of several.")
+@option("--simulate", is_flag=True, help="Let the robot follow it in simulation first; refuse what it cannot.")
+@option("--log", metavar="FILE", help="Where sendings are logged. [sent.jsonl in the user's state folder]")
 def send(
     file: str, place: str, robot: str | None, log: str | None, trust: tuple[str, ...], simulate: bool, **options: Any
 ) -> None:
@@ -155,8 +141,7 @@ def send(
     convert writes. With --type joints, a topic takes a JointTrajectory, and an action
     ros2:/CONTROLLER/follow_joint_trajectory is followed to its end; Ctrl-C cancels it.
     """
-    in_joints, arm = options["kind"] == "joints", ArmChoice.taken(options)
-    choices = choices_from(options)
+    arm, choices = ArmChoice.taken(options), common.choices_from(options)
     if is_address(place):
         Address.parse(place)
     only_for_ros(place, kind=options["kind"], topic=options["topic"], frame_id=options["frame_id"])
@@ -170,11 +155,10 @@ def send(
     about = {"result": os.path.abspath(file)}
     if not found.released:
         refuse(found, place, journal, about)
-        raise SystemExit(EXIT_REFUSED)
-    result, motion = found.result, None
-    if in_joints:
-        motion = _as_joints(found, place, arm, journal, about)
-    elif not is_address(place):
+        raise SystemExit(common.EXIT_REFUSED)
+    motion = _as_joints(found, place, arm, journal, about) if options["kind"] == "joints" else None
+    if motion is None and not is_address(place):
+        result = found.result
         rendered(place, result.adapted, result.scene, result.instruction, choices=choices)
     if options["dry_run"]:
         click.echo("\nIt may be sent; nothing was (--dry-run).")
@@ -185,34 +169,32 @@ def send(
         still_there(motion, arm, place)
 
     def told(text: str) -> None:
-        click.echo(plain(f"  {text}"), err=True)
+        common.say(f"  {text}", err=True)
 
-    with waiting(f"sending to {place}"):
+    with common.waiting(f"sending to {place}"):
         receipt = release(found, place, journal, about, choices=choices, motion=motion, told=told)
-    show_notes(note for note in receipt.notes if note not in found.cautions)
-    click.echo(plain(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}"))
+    common.show_notes(note for note in receipt.notes if note not in found.cautions)
+    common.say(f"\nSent to {place}: {receipt.size} bytes, SHA-256 {receipt.sha256}; logged in {journal}")
 
 
 def _confirm(place: str) -> None:
     if not sys.stdin.isatty():
         raise RequestError("there is no terminal to ask for confirmation; say --yes to send without asking")
-    click.confirm(plain(f"\nSend it to {place}?"), abort=True)
+    click.confirm(common.plain(f"\nSend it to {place}?"), abort=True)
 
 
 def _as_joints(found: Review, place: str, arm: ArmChoice, journal: str, about: Mapping[str, Any]) -> JointMotion:
     """A result as a motion of an arm's joints, simulated; a refusal is logged and ends the command."""
-    result = found.result
+    path, scene, contacts = found.result.adapted, found.result.scene, found.result.contacts
     try:
-        motion, said = joints_of(
-            result.adapted, result.scene, arm, place=place, limits=found.robot, contacts=result.contacts
-        )
+        motion, said = joints_of(path, scene, arm, place=place, limits=found.robot, contacts=contacts)
     except RequestError as error:
         if arm.arm is None or arm.base is None:
             raise
         refuse(found, place, journal, about, [str(error)])
-        section(f"Refused, it does not go to {place}", [str(error)])
-        raise SystemExit(EXIT_REFUSED) from None
-    section(f"Simulated with {arm.arm}", said)
+        common.section(f"Refused, it does not go to {place}", [str(error)])
+        raise SystemExit(common.EXIT_REFUSED) from None
+    common.section(f"Simulated with {arm.arm}", said)
     return motion
 
 
@@ -220,15 +202,13 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
     """The review after the robot followed the path in simulation."""
     from ovita import sim
 
-    name = arm or sim.STAND_INS.get(found.robot.name)
+    result, limits = found.result, found.robot
+    name, stood = arm or sim.STAND_INS.get(limits.name), None if base is None else sim.Base.parse(base)
     if name is None:
-        raise RequestError(
-            f"--simulate needs a model of {found.robot.name!r}: --arm NAME|FILE, one of {', '.join(sim.STAND_INS)}"
-        )
-    result, stood = found.result, None if base is None else sim.Base.parse(base)
-    with waiting("simulating"):
-        path, limits = result.adapted, found.robot
-        done = sim.simulate(path, result.scene, name, base=stood, limits=limits, contacts=result.contacts)
+        known = ", ".join(sim.STAND_INS)
+        raise RequestError(f"--simulate needs a model of {limits.name!r}: --arm NAME|FILE, one of {known}")
+    with common.waiting("simulating"):
+        done = sim.simulate(result.adapted, result.scene, name, base=stood, limits=limits, contacts=result.contacts)
     # The first sentence says where the robot stood.
     status, said = done.report.status, done.report.sentences()[1:]
     return simulated(found, said, failed=status in sim.FAILED, slowed=status == "slowed")
@@ -236,12 +216,12 @@ def _simulated(found: Review, arm: str | None, base: str | None) -> Review:
 
 def _show(found: Review, place: str) -> None:
     """Print limits, verdict, changes and what speaks against it."""
-    click.echo(plain(f"{found.result.instruction}"))
+    common.say(found.result.instruction)
     sections = found.sections()
     click.echo("\n".join(sections.pop("Path")))
     for title, lines in sections.items():
-        section(title, lines)
-    section(f"Refused, it does not go to {place}", found.refusals)
+        common.section(title, lines)
+    common.section(f"Refused, it does not go to {place}", found.refusals)
 
 
 @click.group()
@@ -250,10 +230,10 @@ def gate() -> None:
 
 
 @gate.command()
-@click.option("--log", metavar="FILE", help="The log. [sent.jsonl in the user's state folder]")
-@click.option("--last", type=click.IntRange(min=1), default=10, show_default=True, help="How many events are shown.")
-@click.option("--verify", is_flag=True, help="Look for lines that were changed, removed or inserted.")
-@click.option("--json", "as_json", is_flag=True, help="Print the events as JSON, one a line.")
+@option("--log", metavar="FILE", help="The log. [sent.jsonl in the user's state folder]")
+@shown("--last", type=click.IntRange(min=1), default=10, help="How many events are shown.")
+@option("--verify", is_flag=True, help="Look for lines that were changed, removed or inserted.")
+@option("--json", "as_json", is_flag=True, help="Print the events as JSON, one a line.")
 def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
     """Show what was sent and refused; with --verify, whether the log is whole (exit code 4 if not)."""
     if verify and as_json:
@@ -264,20 +244,19 @@ def log(log: str | None, last: int, verify: bool, as_json: bool) -> None:
         return
     for event in ledger.events()[-last:]:
         shown = {key: value for key, value in event.items() if key != PREVIOUS}
-        click.echo(plain(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown)))
+        common.say(json.dumps(shown, ensure_ascii=False) if as_json else _in_words(shown))
 
 
 def _verify(ledger: Ledger) -> None:
     """Print what is wrong with a log; a fault ends the command."""
     found = ledger.check()
     earlier = found.lines - found.chained
-    for fault in found.faults:
-        click.echo(plain(f"{ledger.path}: {fault}"))
+    common.say(*(f"{ledger.path}: {fault}" for fault in found.faults))
     if earlier:
         click.echo(f"{earlier} lines at the beginning are from an earlier version and bear no hashes")
     if found.faults:
-        raise SystemExit(EXIT_REFUSED)
-    click.echo(plain(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}"))
+        raise SystemExit(common.EXIT_REFUSED)
+    common.say(f"{ledger.path}: {found.chained} lines, whole; the last one's SHA-256 is {found.head}")
 
 
 def _in_words(event: Mapping[str, Any]) -> str:
@@ -300,18 +279,18 @@ def _in_words(event: Mapping[str, Any]) -> str:
 def key(name: str) -> None:
     """Make a key pair: NAME.key, which signs and stays with you, and NAME.pub, which the gate verifies with."""
     secret, public = make_keys(name)
-    click.echo(plain(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})"))
+    common.say(f"wrote {secret} (keep it to yourself) and {public} (for --trust, or {TRUSTED})")
 
 
 @gate.command()
 @click.argument("file", metavar="RESULT.json")
-@click.option("--key", "key_file", required=True, metavar="FILE", help="The private key: NAME.key of ovita gate key.")
+@option("--key", "key_file", required=True, metavar="FILE", help="The private key: NAME.key of ovita gate key.")
 def sign(file: str, key_file: str) -> None:
     """Sign RESULT.json, a result that the gate lets through (exit code 4 if it does not)."""
     found = review(file, trusted=())
     if not found.released:
-        section("Refused, it is not signed", found.refusals)
-        raise SystemExit(EXIT_REFUSED)
+        common.section("Refused, it is not signed", found.refusals)
+        raise SystemExit(common.EXIT_REFUSED)
     document = signed(load_document(file), key_file)
     save_document(file, document)
-    click.echo(plain(f"signed {file} with the key {document[SIGNATURE]['signer']}"))
+    common.say(f"signed {file} with the key {document[SIGNATURE]['signer']}")

@@ -86,6 +86,7 @@ WRITTEN = (".json", ".csv", ".pose.csv", ".tum", ".txt", ".plan", *_MISSIONS, *B
 READ = WRITTEN
 """Endings of the files that trajectories are read from; so are folders with a ROS 2 bag or a LeRobot data set."""
 
+_EMPTY = Scene()
 _PARSED: Mapping[str, Callable[[str, str], Task]] = {".json": json_.parse, ".csv": parse_csv, ".tum": parse_tum}
 
 
@@ -228,11 +229,8 @@ def _excerpt(task: Task, choices: Choices) -> Task:
 def with_scene(task: Task, scene: Scene, stated: bool = True, frame: str | None = None) -> Task:
     """The task with the objects of another scene; what its own keeps of a bag or a mission stays.
 
-    Args:
-        task: Whose waypoints are turned into the scene's frame where their format fixes their axes.
-        scene: With the objects.
-        stated: Whether the scene states its frame; if not, it is taken to be in `frame`, or that of the waypoints.
-        frame: A frame's name, or None.
+    Waypoints whose format fixes their axes are turned into the scene's frame. A scene that has not `stated` its frame
+    is taken to be in `frame`, or in that of the waypoints.
     """
     if not task.fixed_frame:
         return replace(task, scene=scene)
@@ -322,9 +320,7 @@ def save_trajectory(
         from ovita.io import bags
 
         with errors_of(path):
-            return bags.save_folder(
-                path, trajectory, Scene() if scene is None else scene, choices, " ".join(verdict.split())
-            )
+            return bags.save_folder(path, trajectory, scene or _EMPTY, choices, " ".join(verdict.split()))
     content, notes = rendered(path, trajectory, scene, instruction, extra, choices=choices, verdict=verdict)
     atomic_write(path, content)
     return notes
@@ -341,8 +337,7 @@ def rendered(
     verdict: str = "",
 ) -> tuple[str | bytes, tuple[str, ...]]:
     """What `save_trajectory` writes, and its notes, without writing a file."""
-    file, ending = file_name(path), suffix(path)
-    scene = Scene() if scene is None else scene
+    file, ending, scene = file_name(path), suffix(path), scene or _EMPTY
     verdict = " ".join(verdict.split())
     if ending == ".json":
         carried = {**(extra or {}), VERDICT: verdict} if verdict else extra
@@ -361,13 +356,19 @@ def rendered(
             return mission_files.dumps(file, trajectory, scene, choices, verdict, plan=ending == ".plan")
         if ending in WRITTEN:
             return _table(file, ending, trajectory, scene, (extra or {}).get(START), verdict)
-        dumps = _of_a_plugin(ending, "dumps")
-        if dumps is None:
-            raise _unknown_suffix(path, "writes")
-        content = dumps(trajectory, scene)
-        if not isinstance(content, str | bytes):
-            raise FormatError(file, f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
-        return content, ()
+        return _written_by_a_plugin(path, ending, trajectory, scene), ()
+
+
+def _written_by_a_plugin(
+    path: str | os.PathLike[str], ending: str, trajectory: Trajectory, scene: Scene
+) -> str | bytes:
+    dumps = _of_a_plugin(ending, "dumps")
+    if dumps is None:
+        raise _unknown_suffix(path, "writes")
+    content = dumps(trajectory, scene)
+    if not isinstance(content, str | bytes):
+        raise FormatError(file_name(path), f"the plug-in of {ending} gave a {type(content).__name__}, no text or bytes")
+    return content
 
 
 def _table(

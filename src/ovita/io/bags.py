@@ -16,26 +16,10 @@ from typing import Any
 import numpy as np
 
 from ovita.errors import FormatError, OvitaError, RequestError, TrajectoryError, needs
+from ovita.io import messages as ros
 from ovita.io.documents import NONE, Choices, Kind, Task, listing
 from ovita.io.files import BAGS, atomic_write, errors_of, file_name, is_bag, suffix, system_errors
 from ovita.io.geodesy import MISSION, ROS, on_earth
-from ovita.io.messages import (
-    BODY,
-    FRAME_ID,
-    JOINTS,
-    TYPES,
-    JointMotion,
-    Maker,
-    TopicMessage,
-    build,
-    build_joints,
-    frame_of,
-    listed_names,
-    parse,
-    parse_joints,
-    stamp_ns,
-    typestore,
-)
 from ovita.io.recorded import JOINT_STATE, RECORDED, TRANSFORMS, StampedMessage, joints_of, looks_recorded, path_of
 from ovita.io.waypoints import excerpt
 from ovita.paths.scene import Frame, Scene, transformed
@@ -50,19 +34,18 @@ VERDICT_TOPIC, STRING = "/verdict", "std_msgs/msg/String"
 ROBOT_PLAN, DISPLAYED_PLAN = "moveit_msgs/msg/RobotTrajectory", "moveit_msgs/msg/DisplayTrajectory"
 """What MoveIt plans, and what it publishes to be seen."""
 
-JOINT_PLANS = (JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
+JOINT_PLANS = (ros.JOINTS, ROBOT_PLAN, DISPLAYED_PLAN)
 """Messages that hold a motion of joints as a plan."""
 
-_KINDS: Mapping[str, Kind] = {name: kind for kind, name in TYPES.items()}
+_KINDS: Mapping[str, Kind] = {name: kind for kind, name in ros.TYPES.items()}
 _PATHS = (
-    (*TYPES.values(), *JOINT_PLANS),
+    (*ros.TYPES.values(), *JOINT_PLANS),
     tuple(n for n in RECORDED if n not in TRANSFORMS),
     TRANSFORMS,
     (JOINT_STATE,),
 )
 _JOINT_MOTIONS = (JOINT_PLANS, (JOINT_STATE,))
 _VERSION = 8
-_STORAGE = {".mcap": "MCAP", ".db3": "SQLITE3"}
 
 
 def load(path: str | os.PathLike[str], choices: Choices) -> Task:
@@ -83,16 +66,18 @@ def load(path: str | os.PathLike[str], choices: Choices) -> Task:
             if kind == DISPLAYED_PLAN and len(message.trajectory) == 1:
                 kind, message = ROBOT_PLAN, message.trajectory[0]
             if kind == ROBOT_PLAN and not len(message.joint_trajectory.points):
-                kind, message = TYPES["multidof"], message.multi_dof_joint_trajectory
+                kind, message = ros.TYPES["multidof"], message.multi_dof_joint_trajectory
             if kind not in _KINDS:
-                raise FormatError(
-                    file,
-                    f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path; to turn them into one "
-                    "takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
-                    "load_joint_motion(...).through(forward)",
-                )
+                held = f"{topic} holds joint positions ({_joint_names(kind, message)}), not a path"
+                raise FormatError(file, f"{held}; {_TAKES_A_MODEL}")
             task = task_of(_KINDS[kind], message, choices, topic=topic, at=read.samples[0].logged)
     return replace(task, path=file, notes=read.notes + task.notes, verdict=read.verdict)
+
+
+_TAKES_A_MODEL = (
+    "to turn them into one takes the arm's kinematic model: ovita convert --arm NAME|FILE, or in Python "
+    "load_joint_motion(...).through(forward)"
+)
 
 
 def _joint_names(kind: str, message: Any) -> str:
@@ -106,7 +91,9 @@ def _joint_names(kind: str, message: Any) -> str:
 def recorded_task(kind: str, samples: Sequence[StampedMessage], choices: Choices, *, topic: str) -> Task:
     """The task in a recording, all messages of a topic; its scene keeps topic, frame and time."""
     trajectory, frame_id, body, notes = path_of(kind, samples, choices)
-    stamp = next((stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged)
+    stamp = next(
+        (ros.stamp_ns(s.message.header.stamp) for s in samples if hasattr(s.message, "header")), samples[0].logged
+    )
     return _task(trajectory, "path", topic, frame_id, body, stamp, notes)
 
 
@@ -115,23 +102,23 @@ def task_of(kind: Kind, message: Any, choices: Choices = NONE, *, topic: str, at
 
     A Path whose poses were sampled at a rate and are noisy is a recording, and smoothed as one unless it is wanted raw.
     """
-    stamp = stamp_ns(message.header.stamp) or at
+    stamp = ros.stamp_ns(message.header.stamp) or at
     if kind == "path" and not choices.raw:
         samples = [StampedMessage(stamp, pose) for pose in message.poses]
         places = [pose.pose.position for pose in message.poses]
-        times = np.array([stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
+        times = np.array([ros.stamp_ns(pose.header.stamp) for pose in message.poses]) / 1e9
         if looks_recorded(times, np.array([[p.x, p.y, p.z] for p in places])):
             trajectory, frame_id, body, notes = path_of("geometry_msgs/msg/PoseStamped", samples, choices)
             return _task(trajectory, kind, topic, str(message.header.frame_id) or frame_id, body, stamp, notes)
-    trajectory, frame_id, body, notes = parse(kind, message)
+    trajectory, frame_id, body, notes = ros.parse(kind, message)
     return _task(excerpt(trajectory, choices), kind, topic, frame_id, body, stamp, notes)
 
 
 def _task(
     trajectory: Trajectory, kind: Kind, topic: str, frame_id: str, body: str, stamp: int, notes: tuple[str, ...]
 ) -> Task:
-    frame = frame_of(frame_id)
-    kept = {"topic": topic, "type": TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
+    frame = ros.frame_of(frame_id)
+    kept = {"topic": topic, "type": ros.TYPES[kind], "frame_id": frame_id} | ({"body": body} if body else {})
     said = f"its waypoints are in the ROS frame {frame_id!r}, read as {frame.name} ({frame.describe()})"
     extra = {ROS: kept | ({"stamp": stamp} if stamp else {})}
     return Task(trajectory, Scene(frame=frame, extra=extra), notes=(*notes, said), fixed_frame=True)
@@ -146,20 +133,20 @@ def topic_named(text: str) -> str:
 
 
 def message_of(
-    trajectory: Trajectory, scene: Scene, choices: Choices, maker: Maker, *, start: int = 0
+    trajectory: Trajectory, scene: Scene, choices: Choices, maker: ros.Maker, *, start: int = 0
 ) -> tuple[str, Kind, Any, tuple[str, ...]]:
     """Topic, kind and message for a trajectory, and notes on what is lost."""
     kept = _kept(scene)
     topic = topic_named(choices.topic) if choices.topic else str(kept.get("topic") or TOPIC)
     topic = topic if topic.startswith("/") else f"/{topic}"
     kind: Kind = choices.kind or _KINDS.get(str(kept.get("type")), "path")
-    frame_id = str(choices.frame_id or kept.get("frame_id") or FRAME_ID)
+    frame_id = str(choices.frame_id or kept.get("frame_id") or ros.FRAME_ID)
     moved, axes = _in_ros_axes(trajectory, scene, frame_id)
-    body = str(kept.get("body") or BODY)
+    body = str(kept.get("body") or ros.BODY)
     # A controller begins at once where the stamp is 0, and may skip what lies before any other.
     begin = 0 if kind == "multidof" else start
-    message, notes = build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
-    said = f"written as {TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
+    message, notes = ros.build(kind, moved, maker, frame_id=frame_id, start=begin, body=body)
+    said = f"written as {ros.TYPES[kind]} on {topic} in the frame {frame_id!r}, {axes}"
     objects = ("a ROS message holds no objects and no instruction",) if len(scene) else ()
     return topic, kind, message, (said, *notes, *objects)
 
@@ -180,14 +167,14 @@ def dumps(
 
 def _messages(
     path: str | os.PathLike[str], trajectory: Trajectory, scene: Scene, choices: Choices, verdict: str
-) -> tuple[list[TopicMessage], tuple[str, ...]]:
+) -> tuple[list[ros.TopicMessage], tuple[str, ...]]:
     """The messages of a bag, stamped as the one that the trajectory came from, else with the time of writing."""
     maker = bag_maker(ros1=suffix(path) == ".bag")
     at = _kept(scene).get("stamp")
     at = at if isinstance(at, int) and at > 0 else time.time_ns()
     topic, kind, message, notes = message_of(trajectory, scene, choices, maker, start=at)
     said = [text_message(maker, VERDICT_TOPIC, verdict, at)] if verdict else []
-    return [TopicMessage(topic, TYPES[kind], message, at), *said], notes
+    return [ros.TopicMessage(topic, ros.TYPES[kind], message, at), *said], notes
 
 
 def save_folder(
@@ -203,12 +190,12 @@ def save_folder(
     return notes
 
 
-def text_message(maker: Maker, topic: str, text: str, at: int = 0) -> TopicMessage:
+def text_message(maker: ros.Maker, topic: str, text: str, at: int = 0) -> ros.TopicMessage:
     """A std_msgs/String."""
-    return TopicMessage(topic, STRING, maker.new(STRING, data=text), at)
+    return ros.TopicMessage(topic, STRING, maker.new(STRING, data=text), at)
 
 
-def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> bytes:
+def bag_of(path: str | os.PathLike[str], messages: Sequence[ros.TopicMessage]) -> bytes:
     """The content of a bag file that holds some messages, by file extension."""
     file = file_name(path)
     with tempfile.TemporaryDirectory(prefix="ovita-") as folder:
@@ -217,17 +204,16 @@ def bag_of(path: str | os.PathLike[str], messages: Sequence[TopicMessage]) -> by
         return Path(inside, written[0]).read_bytes()
 
 
-def _written(folder: Path, file: str, messages: Sequence[TopicMessage]) -> Path:
+def _written(folder: Path, file: str, messages: Sequence[ros.TopicMessage]) -> Path:
     """The folder after a bag was written into it: MCAP, or sqlite3 where its name ends in .db3; or a ROS 1 bag file."""
-    ros1 = folder.suffix.lower() == ".bag"
-    store = typestore(ros1)
-    if ros1:
-        opening = _import("rosbags.rosbag1").Writer(folder)
+    ending = folder.suffix.lower()
+    store = ros.typestore(ending == ".bag")
+    if ending == ".bag":
+        opening, serialized = _import("rosbags.rosbag1").Writer(folder), store.serialize_ros1
     else:
-        rosbag2 = _import("rosbags.rosbag2")
-        plugin = getattr(rosbag2.StoragePlugin, _STORAGE.get(folder.suffix.lower(), "MCAP"))
+        rosbag2, serialized = _import("rosbags.rosbag2"), store.serialize_cdr
+        plugin = rosbag2.StoragePlugin.SQLITE3 if ending == ".db3" else rosbag2.StoragePlugin.MCAP
         opening = rosbag2.Writer(folder, version=_VERSION, storage_plugin=plugin)
-    serialized = store.serialize_ros1 if ros1 else store.serialize_cdr
     with _damage(file, "cannot be written"), opening as bag:
         topics: dict[str, Any] = {}
         for one in messages:
@@ -258,13 +244,13 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
         types = {c.topic: c.msgtype for c in bag.connections}
         topic, name = _topic(types, choices.topic, tiers, file)
         raw, notes = _raw(bag, topic, name), bag.rescued
+        if not raw:
+            raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
         if name in (*RECORDED, JOINT_STATE):
-            _index(bag, raw, topic, name, 0, file)
             if choices.message is not None:
                 problem = f"{topic} is a recording of {len(raw)} messages, read as one path; leave --message out"
                 raise FormatError(file, problem)
-            fixed = [t for t, n in types.items() if n == name and t.endswith("tf_static") and t != topic]
-            raw = [pair for t in fixed if name in TRANSFORMS for pair in _raw(bag, t, name)] + raw
+            raw = [*_of_fixed_frames(bag, topic, name), *raw]
         else:
             if choices.message is None and len(raw) > 1:
                 notes += (f"{topic} holds {len(raw)} messages; read the last (--message picks another)",)
@@ -272,6 +258,12 @@ def read_topic(path: str | os.PathLike[str], choices: Choices, tiers: Sequence[S
         samples = tuple(StampedMessage(at, bag.deserialize(data, name)) for at, data in raw)
         verdicts = [str(bag.deserialize(data, STRING).data) for _, data in _raw(bag, VERDICT_TOPIC, STRING)]
     return BagTopic(topic, name, samples, notes, next(iter(verdicts), ""))
+
+
+def _of_fixed_frames(bag: Any, topic: str, name: str) -> list[tuple[int, bytes]]:
+    """The transforms on /tf_static that go with those on a topic."""
+    there = {c.topic for c in bag.connections if c.msgtype == name and name in TRANSFORMS} - {topic}
+    return [pair for fixed in sorted(there) if fixed.endswith("tf_static") for pair in _raw(bag, fixed, name)]
 
 
 @contextmanager
@@ -287,7 +279,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     with (
         _damage(file),
         rescued(path) as (whole, notes),
-        anyreader.AnyReader([whole], default_typestore=typestore()) as bag,
+        anyreader.AnyReader([whole], default_typestore=ros.typestore()) as bag,
     ):
         bag.rescued = notes
         yield bag
@@ -313,8 +305,6 @@ def _raw(bag: Any, topic: str, name: str) -> list[tuple[int, bytes]]:
 
 def _index(bag: Any, raw: Sequence[tuple[int, bytes]], topic: str, name: str, wanted: int | None, file: str) -> int:
     """Which of the messages on a topic is read."""
-    if not raw:
-        raise FormatError(file, f"there is no message on {topic}; the recording may have been cut off")
     chosen = -1 if wanted is None else wanted
     if not -len(raw) <= chosen < len(raw):
         raise FormatError(file, f"there is no message {chosen} on {topic}; it holds {len(raw)}, counted from 0")
@@ -326,14 +316,14 @@ def _index(bag: Any, raw: Sequence[tuple[int, bytes]], topic: str, name: str, wa
     return chosen
 
 
-def bag_maker(ros1: bool = False) -> Maker:
+def bag_maker(ros1: bool = False) -> ros.Maker:
     """How rosbags builds messages, of ROS 2 or of ROS 1, whose headers are numbered."""
-    types = typestore(ros1).types
+    types = ros.typestore(ros1).types
 
     def new(kind: str, /, **fields: Any) -> Any:
         return types[kind](**fields, **({"seq": 0} if ros1 and kind == "std_msgs/msg/Header" else {}))
 
-    return Maker(new, floats=np.ascontiguousarray)
+    return ros.Maker(new, floats=np.ascontiguousarray)
 
 
 def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequence[str]], file: str) -> tuple[str, str]:
@@ -341,30 +331,37 @@ def _topic(topics: Mapping[str, str], wanted: str | None, tiers: Sequence[Sequen
     what = "positions of joints" if tiers is _JOINT_MOTIONS else "a path"
     if not topics:
         raise FormatError(file, "holds no topics; it may have been cut off before its first message")
-    rank = {name: i for i, names in enumerate(tiers) for name in names}
-    fits = {topic: name for topic, name in topics.items() if name in rank and not topic.endswith("tf_static")}
+    known = {topic: name for topic, name in topics.items() if any(name in names for names in tiers)}
+    fits = {topic: name for topic, name in known.items() if not topic.endswith("tf_static")}
     if wanted is not None:
         topic = wanted if wanted.startswith("/") or wanted in topics else f"/{wanted}"
-        if topics.get(topic) in rank:
-            return topic, topics[topic]
+        if topic in known:
+            return topic, known[topic]
         is_not = f"is a {topics[topic]}, not {what}" if topic in topics else "is not in this bag"
         raise FormatError(file, f"{topic} {is_not}; topics with {what}: {_listed(fits)}")
-    if not fits:
+    return _first(fits, tiers, what, topics, file)
+
+
+def _first(
+    fits: Mapping[str, str], tiers: Sequence[Sequence[str]], what: str, topics: Mapping[str, str], file: str
+) -> tuple[str, str]:
+    """The only topic of the first of some types that there is."""
+    of_tiers = ([pair for pair in fits.items() if pair[1] in names] for names in tiers)
+    first = next(filter(None, of_tiers), [])
+    if not first:
         raise FormatError(file, f"no topic holds {what}; its topics are {_listed(topics)}")
-    best = min(rank[name] for name in fits.values())
-    first = [(topic, name) for topic, name in fits.items() if rank[name] == best]
     if len(first) > 1:
         raise FormatError(file, f"there are several topics with {what}, choose one with --topic: {_listed(fits)}")
     return first[0]
 
 
 def _listed(topics: Mapping[str, str]) -> str:
-    return listed_names(f"{topic} ({name})" for topic, name in topics.items())
+    return ros.listed_names(f"{topic} ({name})" for topic, name in topics.items())
 
 
 def _in_ros_axes(trajectory: Trajectory, scene: Scene, frame_id: str) -> tuple[Trajectory, str]:
     """The trajectory in the axes of a ROS frame, and these in words."""
-    target = frame_of(frame_id)
+    target = ros.frame_of(frame_id)
     if MISSION in scene.extra and target == Frame("flu"):
         return on_earth(trajectory, scene), "+x east, +y north, +z up (REP-103, about home)"
     return transformed(trajectory, scene.frame, target), target.describe()
@@ -451,7 +448,7 @@ def _of_chunk(data: bytes) -> bytes:
     return records[: _whole(records, 0)]
 
 
-def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> None:
+def save_joint_motion(path: str | os.PathLike[str], motion: ros.JointMotion, choices: Choices = NONE) -> None:
     """Write a motion of joints as a bag with one JointTrajectory message.
 
     Raises:
@@ -461,13 +458,15 @@ def save_joint_motion(path: str | os.PathLike[str], motion: JointMotion, choices
     atomic_write(path, dumps_joints(path, motion, choices))
 
 
-def dumps_joints(path: str | os.PathLike[str], motion: JointMotion, choices: Choices = NONE) -> bytes:
+def dumps_joints(path: str | os.PathLike[str], motion: ros.JointMotion, choices: Choices = NONE) -> bytes:
     """What `save_joint_motion` writes, by the ending of the file's name."""
-    message = build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
-    return bag_of(path, [TopicMessage(topic_named(choices.topic or JOINT_TOPIC), JOINTS, message, time.time_ns())])
+    message = ros.build_joints(motion, bag_maker(ros1=suffix(path) == ".bag"), frame_id=choices.frame_id or "")
+    return bag_of(
+        path, [ros.TopicMessage(topic_named(choices.topic or JOINT_TOPIC), ros.JOINTS, message, time.time_ns())]
+    )
 
 
-def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> JointMotion:
+def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> ros.JointMotion:
     """Read a motion of joints from a bag: a JointTrajectory, a plan of MoveIt, or a recording of JointState.
 
     Raises:
@@ -481,17 +480,17 @@ def load_joint_motion(path: str | os.PathLike[str], choices: Choices = NONE) -> 
 
 def motion_of(
     kind: str, samples: Sequence[StampedMessage], choices: Choices = NONE
-) -> tuple[JointMotion, tuple[str, ...]]:
+) -> tuple[ros.JointMotion, tuple[str, ...]]:
     """The motion of joints in a message, or in a recording of JointState, and notes."""
     if kind == JOINT_STATE:
         return joints_of(samples, choices)
     if choices.span is not None:
         raise TrajectoryError("is a plan, not a recording; leave --from and --to out")
     message = samples[0].message
-    if kind == JOINTS:
-        return parse_joints(message), ()
+    if kind == ros.JOINTS:
+        return ros.parse_joints(message), ()
     parts = [message] if kind == ROBOT_PLAN else list(message.trajectory)
-    motions = [parse_joints(part.joint_trajectory) for part in parts if len(part.joint_trajectory.points)]
+    motions = [ros.parse_joints(part.joint_trajectory) for part in parts if len(part.joint_trajectory.points)]
     if not motions:
         raise TrajectoryError("holds no positions of joints", key="joint_trajectory")
     joined = motions[0]
@@ -500,21 +499,16 @@ def motion_of(
     return joined, (f"a plan of {len(motions)} parts, one after the other",) if len(motions) > 1 else ()
 
 
-def _followed(first: JointMotion, then: JointMotion) -> JointMotion:
+def _followed(first: ros.JointMotion, then: ros.JointMotion) -> ros.JointMotion:
     if set(first.names) != set(then.names):
         problem = f"moves {listing(first.names)}, then {listing(then.names)}; send the parts one by one"
         raise TrajectoryError(problem, key="trajectory")
     order = [then.names.index(name) for name in first.names]
-    fresh = slice(1 if np.allclose(first.positions[-1], then.positions[0][order], atol=1e-9) else 0, None)
+    positions, velocities = then.positions[:, order], None
+    fresh = slice(1 if np.allclose(first.positions[-1], positions[0], atol=1e-9) else 0, None)
     gap = max(float(np.diff(first.times).min()), 1e-6) if fresh.start == 0 else 0.0
-    times = then.times[fresh] - then.times[0] + first.times[-1] + gap
-    velocities = None
+    times = np.concatenate([first.times, then.times[fresh] - then.times[0] + first.times[-1] + gap])
     if first.velocities is not None and then.velocities is not None:
         velocities = np.concatenate([first.velocities, then.velocities[fresh][:, order]])
-    return JointMotion(
-        first.names,
-        np.concatenate([first.positions, then.positions[fresh][:, order]]),
-        np.concatenate([first.times, times]),
-        velocities,
-        first.frame,
-    )
+    places = np.concatenate([first.positions, positions[fresh]])
+    return ros.JointMotion(first.names, places, times, velocities, first.frame)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import time
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -113,17 +112,15 @@ class _Heard:
     """Messages of several readers of one topic; what more than one of them hears counts once."""
 
     def __init__(self) -> None:
-        self._known: set[Any] = set()
-        self._order: deque[Any] = deque()
+        self._known: dict[Any, None] = {}
         self._came: list[tuple[int, Any]] = []
 
     def add(self, source: Any, stamp: int, message: Any) -> None:
         if (source, stamp) in self._known:
             return
-        self._known.add((source, stamp))
-        self._order.append((source, stamp))
-        if len(self._order) > _REMEMBERED:
-            self._known.discard(self._order.popleft())
+        self._known[source, stamp] = None
+        if len(self._known) > _REMEMBERED:
+            del self._known[next(iter(self._known))]
         self._came.append((stamp, message))
 
     def take(self) -> list[Any]:
@@ -159,9 +156,8 @@ def idl_type(name: str) -> Any:
     from rosbags.interfaces import Nodetype
 
     if name not in definitions:
-        raise LinkError(
-            f"messages of type {name} are not known here; set up ROS 2 in this shell, so that rclpy is used"
-        )
+        hint = "set up ROS 2 in this shell, so that rclpy is used"
+        raise LinkError(f"messages of type {name} are not known here; {hint}")
 
     def kind_of(described: Any) -> Any:
         node, what = described
@@ -226,24 +222,15 @@ class _DdsBus:
         from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
         from cyclonedds.core import Policy
 
+        def endpoint(e: Any) -> BusEndpoint:
+            reliable = isinstance(e.qos[Policy.Reliability], Policy.Reliability.Reliable)
+            way = reliable, e.qos[Policy.Durability] != Policy.Durability.Volatile
+            return BusEndpoint(e.topic_name.removeprefix("rt"), plain_type(e.type_name), way)
+
         kind = BuiltinTopicDcpsPublication if publishing else BuiltinTopicDcpsSubscription
-        own = self._participant.guid
-        found = [
-            e
-            for e in BuiltinDataReader(self._participant, kind).read(N=5000)
-            if (getattr(e, "topic_name", None) or "").startswith("rt/") and e.participant_key != own
-        ]
-        return [
-            BusEndpoint(
-                e.topic_name.removeprefix("rt"),
-                plain_type(e.type_name),
-                (
-                    isinstance(e.qos[Policy.Reliability], Policy.Reliability.Reliable),
-                    e.qos[Policy.Durability] != Policy.Durability.Volatile,
-                ),
-            )
-            for e in found
-        ]
+        there = BuiltinDataReader(self._participant, kind).read(N=5000)
+        topics = [e for e in there if (getattr(e, "topic_name", None) or "").startswith("rt/")]
+        return [endpoint(e) for e in topics if e.participant_key != self._participant.guid]
 
     def publisher(self, topic: str, kind: str, *, latched: bool = True) -> Publisher:
         from cyclonedds.pub import DataWriter
@@ -255,11 +242,10 @@ class _DdsBus:
             writer.write(message)
             return bytes(message.serialize())
 
-        return Publisher(
-            lambda: len(writer.get_matched_subscriptions()),
-            write,
-            lambda timeout: bool(writer.wait_for_acks(duration(seconds=timeout))),
-        )
+        def acknowledged(timeout: float) -> bool:
+            return bool(writer.wait_for_acks(duration(seconds=timeout)))
+
+        return Publisher(lambda: len(writer.get_matched_subscriptions()), write, acknowledged)
 
     def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
         from cyclonedds.sub import DataReader
@@ -330,16 +316,14 @@ def ros_node(address: Address) -> Iterator[tuple[Any, Callable[[], None]]]:
 def _local_only(address: Address) -> Iterator[None]:
     """ROS's own variable for traffic on this machine alone, while a node is made, if the address asks for that."""
     variable = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-    before = os.environ.get(variable)
+    before = {variable: os.environ[variable]} if variable in os.environ else {}
     if address.local:
         os.environ[variable] = "LOCALHOST"
     try:
         yield
     finally:
-        if before is None:
-            os.environ.pop(variable, None)
-        else:
-            os.environ[variable] = before
+        os.environ.pop(variable, None)
+        os.environ.update(before)
 
 
 def _profile(way: Way, depth: int) -> Any:
@@ -361,20 +345,14 @@ class _RclpyBus:
     def others(self, *, publishing: bool) -> list[BusEndpoint]:
         from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
+        def way(qos: Any) -> Way:
+            reliable, latched = ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL
+            return qos.reliability == reliable, qos.durability == latched
+
         ask = self.node.get_publishers_info_by_topic if publishing else self.node.get_subscriptions_info_by_topic
-        return [
-            BusEndpoint(
-                topic,
-                info.topic_type,
-                (
-                    info.qos_profile.reliability == ReliabilityPolicy.RELIABLE,
-                    info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
-                ),
-            )
-            for topic, _ in self.node.get_topic_names_and_types()
-            for info in ask(topic)
-            if info.node_name != self.node.get_name()
-        ]
+        there = [(topic, info) for topic, _ in self.node.get_topic_names_and_types() for info in ask(topic)]
+        others = [(topic, info) for topic, info in there if info.node_name != self.node.get_name()]
+        return [BusEndpoint(topic, info.topic_type, way(info.qos_profile)) for topic, info in others]
 
     def publisher(self, topic: str, kind: str, *, latched: bool = True) -> Publisher:
         from rclpy.duration import Duration
@@ -386,11 +364,10 @@ class _RclpyBus:
             publisher.publish(message)
             return bytes(serialize_message(message))
 
-        return Publisher(
-            lambda: int(publisher.get_subscription_count()),
-            write,
-            lambda timeout: bool(publisher.wait_for_all_acked(Duration(seconds=timeout))),
-        )
+        def acknowledged(timeout: float) -> bool:
+            return bool(publisher.wait_for_all_acked(Duration(seconds=timeout)))
+
+        return Publisher(lambda: int(publisher.get_subscription_count()), write, acknowledged)
 
     def subscribe(self, topic: str, kind: str, ways: Iterable[Way] = WAYS) -> Take:
         heard = _Heard()

@@ -129,20 +129,18 @@ def decode_picture(data: bytes, where: str) -> Any:
 
 def cloud_of(message: Any, where: str) -> PointCloud:
     """The points of a PointCloud2, in the frame of its header."""
-    count, step = int(message.width) * int(message.height), int(message.point_step)
-    data = bytes(message.data)
+    (width, *rows), step = map(int, (message.width, message.height, message.row_step)), int(message.point_step)
+    count, data = width * rows[0], bytes(message.data)
     fields = {str(f.name): f for f in message.fields if int(f.datatype) in _FIELDS and int(f.count) in (0, 1)}
     order = ">" if message.is_bigendian else "<"
-    kinds = {name: np.dtype(order + _FIELDS[int(f.datatype)]) for name, f in fields.items()}
-    fits = all(int(f.offset) + kinds[name].itemsize <= step for name, f in fields.items())
-    rows = int(message.height), int(message.row_step)
-    if count <= 0 or not fits or rows[1] < int(message.width) * step or len(data) < rows[0] * rows[1]:
-        raise FormatError(where, f"says {count} points of {step} bytes, which its {len(data)} bytes do not hold")
-    body = np.frombuffer(data, np.uint8, rows[0] * rows[1]).reshape(rows)[:, : int(message.width) * step].tobytes()
+    kinds = [np.dtype(order + _FIELDS[int(f.datatype)]) for f in fields.values()]
     offsets = [int(f.offset) for f in fields.values()]
-    layout = {"names": list(fields), "formats": list(kinds.values()), "offsets": offsets, "itemsize": step}
-    kind: np.dtype[Any] = np.dtype(layout)  # type: ignore[call-overload]
-    table = np.frombuffer(body, dtype=kind, count=count)
+    ends = [at + kind.itemsize for at, kind in zip(offsets, kinds, strict=True)]
+    if count <= 0 or max(ends, default=0) > step or rows[1] < width * step or len(data) < rows[0] * rows[1]:
+        raise FormatError(where, f"says {count} points of {step} bytes, which its {len(data)} bytes do not hold")
+    body = np.frombuffer(data, np.uint8, rows[0] * rows[1]).reshape(rows)[:, : width * step].tobytes()
+    layout = {"names": list(fields), "formats": kinds, "offsets": offsets, "itemsize": step}
+    table: Any = np.frombuffer(body, np.dtype(layout), count)  # type: ignore[call-overload]
     return of_columns({name: table[name] for name in fields}, where)
 
 

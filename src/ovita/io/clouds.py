@@ -125,32 +125,23 @@ def _npy(data: bytes, file: str) -> PointCloud:
         array = np.load(io.BytesIO(data), allow_pickle=False)
     except (ValueError, OSError, EOFError):
         raise FormatError(file, "this is no NPY file of numbers, or it is cut off") from None
-    if (
-        not isinstance(array, np.ndarray)
-        or array.ndim != 2
-        or array.shape[1] not in (3, 6)
-        or array.dtype.kind not in "fiu"
-    ):
-        shape = getattr(array, "shape", "?")
+    shape, kind = getattr(array, "shape", "?"), getattr(array, "dtype", np.dtype("O")).kind
+    if len(shape) != 2 or shape[1] not in (3, 6) or kind not in "fiu":
         raise FormatError(file, f"has shape {shape}; a cloud has rows x, y, z or x, y, z, red, green, blue")
     return PointCloud(array[:, :3], _bytes_of(array[:, 3:]) if array.shape[1] == 6 else None)
 
 
-def _header(data: bytes, last: Sequence[str], file: str, kind: str) -> tuple[list[list[str]], int]:
+def _header(data: bytes, last: str, file: str, kind: str) -> tuple[list[list[str]], int]:
     """The words of each header line, up to the one that begins with `last`, and where the body begins."""
     lines: list[list[str]] = []
-    at = 0
-    while at < min(len(data), _HEADER):
-        end = data.find(b"\n", at)
-        if end < 0:
-            break
-        words = data[at:end].decode("ascii", "replace").split()
-        at = end + 1
+    stream = io.BytesIO(data)
+    while stream.tell() < _HEADER and (line := stream.readline()).endswith(b"\n"):
+        words = line.decode("ascii", "replace").split()
         if words and words[0] not in ("comment", "obj_info", "#"):
             lines.append(words)
-            if words[0] in last:
-                return lines, at
-    raise FormatError(file, f"this is no {kind} file: its header has no end ({last[0]})")
+            if words[0] == last:
+                return lines, stream.tell()
+    raise FormatError(file, f"this is no {kind} file: its header has no end ({last})")
 
 
 def _table(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Columns:
@@ -182,7 +173,7 @@ def _count(word: str, file: str) -> int:
 def _ply(data: bytes, file: str) -> PointCloud:
     if not data.startswith(b"ply"):
         raise FormatError(file, "this is no PLY file; those begin with the word ply")
-    lines, start = _header(data, ("end_header",), file, "PLY")
+    lines, start = _header(data, "end_header", file, "PLY")
     form = next((line[1] for line in lines if line[0] == "format" and len(line) > 1), "")
     count, properties = _vertices(lines, file)
     names = [line[2] for line in properties]
@@ -210,7 +201,7 @@ def _vertices(lines: Sequence[list[str]], file: str) -> tuple[int, list[list[str
 
 
 def _pcd(data: bytes, file: str) -> PointCloud:
-    lines, start = _header(data, ("DATA",), file, "PCD")
+    lines, start = _header(data, "DATA", file, "PCD")
     header = {line[0]: line[1:] for line in lines}
     body, form = data[start:], (header["DATA"] or [""])[0]
     kind, total = _fields(header, file), _count((header.get("POINTS") or [""])[0], file)
@@ -259,11 +250,8 @@ def _compressed(body: bytes, kind: np.dtype[Any], count: int, file: str) -> Colu
     raw = _unpacked(body[8 : 8 + packed], unpacked, file)
     columns, at = {}, 0
     for name in kind.names or ():
-        field = kind[name]
-        columns[name] = np.frombuffer(
-            raw, dtype=field.base, count=count * max(1, field.itemsize // field.base.itemsize), offset=at
-        )
-        at += field.itemsize * count
+        end = at + kind[name].itemsize * count
+        columns[name], at = np.frombuffer(raw[at:end], dtype=kind[name].base), end
     return columns
 
 

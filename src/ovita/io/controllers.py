@@ -45,11 +45,8 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
     Ctrl-C cancels the goal, after which the controller holds the arm where it is. So does a controller that does not
     end in time.
 
-    Args:
-        address: Of the action, such as ros2:/joint_trajectory_controller/follow_joint_trajectory.
-        motion: In the controller's names.
-        told: Told of the progress, twice a second.
-        frame_id: Of the message.
+    The address is that of the action, such as ros2:/joint_trajectory_controller/follow_joint_trajectory, the motion in
+    the controller's names; `told` hears of the progress, twice a second.
 
     Raises:
         LinkError: If there is no such action or no rclpy, the goal is rejected, cancelled or fails; says why.
@@ -58,10 +55,9 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
         from rclpy.action import ActionClient
         from rclpy.serialization import serialize_message
     except ImportError:
-        raise LinkError(
-            f"{address}: actions need ROS 2's own rclpy; set up ROS in this shell (source /opt/ros/DISTRO/setup.bash), "
-            "or send a JointTrajectory to the controller's topic: ros2:/CONTROLLER/joint_trajectory"
-        ) from None
+        set_up = "set up ROS in this shell (source /opt/ros/DISTRO/setup.bash)"
+        instead = "send a JointTrajectory to the controller's topic: ros2:/CONTROLLER/joint_trajectory"
+        raise LinkError(f"{address}: actions need ROS 2's own rclpy; {set_up}, or {instead}") from None
     kind = message_class(ACTION)
     maker = Maker(lambda name, /, **fields: message_class(name)(**fields))
     message = build_joints(motion, maker, frame_id=frame_id)
@@ -75,9 +71,8 @@ def follow(address: Address, motion: JointMotion, told: Told | None = None, fram
             raise LinkError(f"{address}: the controller did not answer the goal within {address.timeout:g} s")
         goal = sent.result()
         if not goal.accepted:
-            raise LinkError(
-                f"{address}: the controller rejected the goal; its joints or its state may not fit: see its log"
-            )
+            why = "its joints or its state may not fit: see its log"
+            raise LinkError(f"{address}: the controller rejected the goal; {why}")
         _await(address, goal, motion.duration + address.timeout, spin)
     return bytes(serialize_message(message))
 
@@ -117,14 +112,13 @@ def _await(address: Address, goal: Any, patience: float, spin: Callable[[], None
     except KeyboardInterrupt:
         why = "cancelled by Ctrl-C"
     stopped = goal.cancel_goal_async()
-    confirmed = False
+    then = ", but THE CONTROLLER DID NOT CONFIRM: the arm may still move; stop it by hand"
     with suppress(KeyboardInterrupt):  # a second Ctrl-C ends the wait, not the cancelling
-        confirmed = wait(stopped.done, address.timeout, spin) and wait(ended.done, address.timeout, spin)
-    if confirmed:
-        if ended.result().status == SUCCEEDED:
-            raise LinkError(f"{address}: {why}, but the controller had ended before: the arm is at the last point")
-        raise LinkError(f"{address}: {why}; the controller confirmed it and holds the arm where it is")
-    raise LinkError(f"{address}: {why}, but THE CONTROLLER DID NOT CONFIRM: the arm may still move; stop it by hand")
+        if wait(stopped.done, address.timeout, spin) and wait(ended.done, address.timeout, spin):
+            in_time = ended.result().status != SUCCEEDED
+            then = ", but the controller had ended before: the arm is at the last point"
+            then = "; the controller confirmed it and holds the arm where it is" if in_time else then
+    raise LinkError(f"{address}: {why}{then}")
 
 
 def _check(address: Address, response: Any) -> None:
@@ -158,7 +152,7 @@ def joint_state(place: str) -> dict[str, float]:
     document = _document(place)
     if not isinstance(document, Mapping):
         raise FormatError(file_name(place), "holds no joint state; write a table of joint names and positions [rad]")
-    if "name" in document or "position" in document:
+    if {"name", "position"} & set(document):
         return _paired(document.get("name"), document.get("position"), file_name(place))
     return _paired(list(document), list(document.values()), file_name(place))
 
@@ -169,11 +163,11 @@ def _paired(names: Any, values: Any, where: str) -> dict[str, float]:
         raise FormatError(where, f"holds {len(names)} joint names and {len(values)} positions; give one for each")
     if len(set(names)) != len(names):
         raise FormatError(where, "names a joint twice")
-    for name, value in zip(names, values, strict=True):
-        problem = number_problem(value)
+    found = dict(zip(map(str, names), values, strict=True))
+    for name, problem in ((name, number_problem(value)) for name, value in found.items()):
         if problem:
-            raise FormatError(where, problem, key=str(name))
-    return {str(name): float(value) for name, value in zip(names, values, strict=True)}
+            raise FormatError(where, problem, key=name)
+    return {name: float(value) for name, value in found.items()}
 
 
 def _items(values: Any) -> Sequence[Any]:

@@ -63,11 +63,8 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any: ...
 def validated(kind: object, value: object, file: str, key: str = "") -> Any:
     """Read a parsed value as a type, by the strict rules of JSON.
 
-    Args:
-        kind: Any type that pydantic can validate, such as a model, a dataclass or `tuple[str, ...]`.
-        value: Lists, dicts and scalars, as parsed from a file.
-        file: The file's name, for messages.
-        key: Where the value stands in the file; "" at the top.
+    The kind is any type that pydantic can validate, such as a model, a dataclass or `tuple[str, ...]`; the value holds
+    lists, dicts and scalars, and stands in the file under the key, "" being the top.
     """
     try:
         return _adapter(kind).validate_json(json.dumps(value, default=str), strict=True)
@@ -82,14 +79,14 @@ def validated(kind: object, value: object, file: str, key: str = "") -> Any:
 
 def plain(value: Any) -> Any:
     """A copy of a value in lists, dicts and scalars that JSON knows: tuples, arrays and dataclasses are taken apart."""
-    if value is None or isinstance(value, str | bool | Table):
+    if isinstance(value, str | bool | Table | None):
         return value
     if isinstance(value, int | float):
         return float(value) if isinstance(value, float) else int(value)
     if isinstance(value, Mapping):
         return {_text(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [row[:] for row in value] if is_table(value) else [plain(item) for item in value]
+        return [row[:] for row in value] if is_table(value) else list(map(plain, value))
     if is_dataclass(value) and not isinstance(value, type):
         return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
     if hasattr(value, "tolist"):
@@ -139,10 +136,8 @@ def is_table(value: Sequence[Any]) -> bool:
 
 def show(value: object) -> str:
     """A short representation of any value for a message."""
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return "true" if value else "false"
+    if isinstance(value, bool | None):
+        return json.dumps(value)
     if isinstance(value, list | tuple):
         return "an empty list" if not value else f"a list of {len(value)}"
     if isinstance(value, Mapping):
@@ -259,15 +254,11 @@ class _ObjectDocument(BaseModel):
         self.position = given
         return self
 
-    def object(self, extra: Mapping[str, Any]) -> SceneObject:
-        size, turn = self.dimensions, self.orientation
-        return SceneObject(
-            self.name,
-            np.array(self.position),
-            None if size is None else np.array(size),
-            np.array([1.0, 0.0, 0.0, 0.0] if turn is None else turn),
-            {key: value for key, value in extra.items() if key not in _OBJECT_KEYS},
-        )
+    def object(self, given: Mapping[str, Any]) -> SceneObject:
+        size = None if self.dimensions is None else np.array(self.dimensions)
+        turn = np.array([1.0, 0.0, 0.0, 0.0] if self.orientation is None else self.orientation)
+        extra = {key: value for key, value in given.items() if key not in _OBJECT_KEYS}
+        return SceneObject(self.name, np.array(self.position), size, turn, extra)
 
 
 class _SceneDocument(BaseModel):
@@ -291,23 +282,16 @@ def scene_from_dict(document: Mapping[str, Any]) -> Scene:
     if not isinstance(document, Mapping):
         raise SceneError(f"the scene is {show(document)}, expected a table with objects")
     read = _scene_document(document)
-    extra = {key: value for key, value in document.items() if key not in SCENE_KEYS}
+    said, structure = _constraints(document.get("constraints") or "")
+    others = {key: value for key, value in document.items() if key not in SCENE_KEYS} | structure
     if PUBLIC_ENVIRONMENT in document and not read.environment:
-        extra[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
-    constraints = document.get("constraints") or ""
-    if not isinstance(constraints, str):
-        extra["constraints"], constraints = constraints, ""
-    return Scene(
-        objects=tuple(_objects(read.objects or (), document)),
-        frame=RFU if read.frame is None else _frame(read.frame),
-        environment=read.environment or read.Env_descp or "",
-        constraints_text=constraints,
-        extra=extra,
-    )
+        others[_ENVIRONMENT_KEY] = PUBLIC_ENVIRONMENT
+    objects = tuple(_objects(read.objects or (), document))
+    frame = RFU if read.frame is None else _frame(read.frame)
+    return Scene(objects, frame, read.environment or read.Env_descp or "", said, others)
 
 
 def _scene_document(document: Mapping[str, Any]) -> _SceneDocument:
-    """What a document says of a scene, checked; its constraints are text, or a structure that stays as it is."""
     known = {key: document[key] for key in SCENE_KEYS if key in document and key != "constraints"}
     try:
         read = validated(_SceneDocument, known, "")
@@ -315,10 +299,16 @@ def _scene_document(document: Mapping[str, Any]) -> _SceneDocument:
         raise SceneError(error.problem, key=error.key, index=error.index) from None
     if read.environment and read.Env_descp and read.environment != read.Env_descp:
         raise SceneError("differs from environment; keep one of the two", key=PUBLIC_ENVIRONMENT)
-    constraints = document.get("constraints") or ""
-    if not isinstance(constraints, str | Mapping | list | tuple):
-        raise SceneError(f"is {show(constraints)}, expected text", key="constraints")
     return read
+
+
+def _constraints(given: object) -> tuple[str, dict[str, Any]]:
+    """Constraints that are text, and those that are a structure, which stays as it is."""
+    if isinstance(given, str):
+        return given, {}
+    if not isinstance(given, Mapping | list | tuple):
+        raise SceneError(f"is {show(given)}, expected text", key="constraints")
+    return "", {"constraints": given}
 
 
 def _objects(found: Iterable[_ObjectDocument], document: Mapping[str, Any]) -> Iterator[SceneObject]:
@@ -336,8 +326,7 @@ def scene_dict(scene: Scene) -> dict[str, Any]:
     a structure in `extra["constraints"]`, the structure is written.
     """
     document: dict[str, Any] = {"objects": [_object_dict(item) for item in scene]}
-    key = scene.extra.get(_ENVIRONMENT_KEY)
-    if key == PUBLIC_ENVIRONMENT:
+    if scene.extra.get(_ENVIRONMENT_KEY) == PUBLIC_ENVIRONMENT:
         document[PUBLIC_ENVIRONMENT] = scene.environment or None
     elif scene.environment:
         document["environment"] = scene.environment
@@ -358,16 +347,16 @@ def load_robot(name_or_path: str | os.PathLike[str]) -> Robot:
     """
     if not isinstance(name_or_path, str | os.PathLike):
         raise RobotError(f"a robot is a name or a file, not {show(name_or_path)}")
-    ending = suffix(name_or_path)
-    if isinstance(name_or_path, str) and ending not in (".toml", ".json") and not {os.sep, "/"} & set(name_or_path):
+    from ovita.io.json_ import parse_object
+
+    parse = {".toml": parse_toml, ".json": parse_object}.get(suffix(name_or_path))
+    if parse is None and isinstance(name_or_path, str) and not {os.sep, "/"} & set(name_or_path):
         return Robot.preset(name_or_path)
     examine(name_or_path)
     file = file_name(name_or_path)
-    if ending not in (".toml", ".json"):
+    if parse is None:
         raise FormatError(file, "a robot is a .toml or a .json file; rename it or name a preset")
-    from ovita.io.json_ import parse_object
-
-    return robot_from_dict((parse_toml if ending == ".toml" else parse_object)(read_text(name_or_path), file), file)
+    return robot_from_dict(parse(read_text(name_or_path), file), file)
 
 
 def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
@@ -378,10 +367,8 @@ def robot_from_dict(document: Mapping[str, Any], file: str) -> Robot:
     robot = validated(Robot, given, file)
     if not robot.name.strip():
         raise FormatError(file, "is blank, expected text", key="name")
-    if workspace is None:
-        return robot
     with errors_of(file):
-        return replace(robot, workspace=_workspace(workspace, file))
+        return robot if workspace is None else replace(robot, workspace=_workspace(workspace, file))
 
 
 def parse_toml(content: str, file: str) -> dict[str, Any]:
@@ -421,7 +408,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 def _located(error: ErrorDetails, value: object, file: str, key: str) -> FormatError:
     """The error located in the document: keys before the first index, the index, the keys inside."""
-    place = [*([key] if key else []), *_place(error, value)]
+    place = [*filter(None, [key]), *_place(error, value)]
     at = next((i for i, part in enumerate(place) if isinstance(part, int)), len(place))
     keys, index = ".".join(brief(str(part)) for part in place[:at]), next(iter(place[at:]), None)
     rest = "".join(f"[{part}]" if isinstance(part, int) else f".{brief(part)}" for part in place[at + 1 :])
@@ -452,19 +439,19 @@ def _holds(value: object, part: int | str) -> bool:
 def _sentence(error: ErrorDetails) -> str:
     """What is wrong, in words that follow the name of the value."""
     kind, value, ctx = error["type"], error.get("input"), error.get("ctx") or {}
-    match kind:
-        case "missing":
-            keys = f" (its keys are {listing(value)})" if isinstance(value, Mapping) else ""
-            return f"has no {error['loc'][-1]}{keys}"
-        case "value_error" | "ovita":
-            return str(ctx.get("error") or ctx.get("problem"))
-        case "too_short" | "too_long" if "actual_length" in ctx:
-            return f"holds {ctx['actual_length']} values, expected {ctx.get('min_length') or ctx.get('max_length')}"
-        case "string_too_long":
-            return f"has {len(str(value))} characters; shorten it to {ctx['max_length']}"
+    if kind in ("value_error", "ovita"):
+        return str(ctx.get("error") or ctx.get("problem"))
+    if kind == "missing":
+        keys = f" (its keys are {listing(value)})" if isinstance(value, Mapping) else ""
+        return f"has no {error['loc'][-1]}{keys}"
+    if kind == "string_too_long":
+        return f"has {len(str(value))} characters; shorten it to {ctx['max_length']}"
+    if "actual_length" in ctx:
+        return f"holds {ctx['actual_length']} values, expected {ctx.get('min_length') or ctx.get('max_length')}"
     if isinstance(value, int | float) and LARGEST < abs(value) != float("inf"):
         return f"is {show(value)}, beyond the largest magnitude {LARGEST:g}"
-    expected = _expected(kind, ctx)
+    an_object = kind.split("_")[0] in ("dict", "model", "dataclass", "mapping")
+    expected = _EXPECTED.get(kind, "expected an object" if an_object else "").format_map(ctx)
     return f"is {show(value)}, {expected}" if expected else error["msg"][:1].lower() + error["msg"][1:]
 
 
@@ -482,12 +469,7 @@ _EXPECTED = {
     "greater_than": "expected a number > {gt}",
     "literal_error": "expected {expected}",
 }
-
-
-def _expected(kind: str, ctx: Mapping[str, Any]) -> str:
-    """What pydantic wanted in place of a value, or "" if that takes its own words."""
-    an_object = kind.split("_")[0] in ("dict", "model", "dataclass", "mapping")
-    return _EXPECTED.get(kind, "expected an object" if an_object else "").format_map(ctx)
+"""What pydantic wanted in place of a value, by the kind of its error; for others it takes its own words."""
 
 
 def _frame(name: str) -> Frame:
@@ -515,14 +497,9 @@ def _workspace(document: object, file: str) -> Box | Shell:
     if kind not in ("box", "shell"):
         raise FormatError(file, f"is {show(kind)}, expected 'box' or 'shell'", key="workspace.kind")
     shape: type[Box | Shell] = Box if kind == "box" else Shell
-    names = [item.name for item in fields(shape)]
-    check_keys(document, names, file, "workspace.")
-    points = {"lower": Point, "upper": Point, "center": Point}
-    numbers = {
-        name: validated(points.get(name, Number), value, file, f"workspace.{name}")
-        for name, value in document.items()
-        if name != "kind"
-    }
+    check_keys(document, [item.name for item in fields(shape)], file, "workspace.")
+    kinds = {name: Point if name in ("lower", "upper", "center") else Number for name in document if name != "kind"}
+    numbers = {name: validated(kinds[name], document[name], file, f"workspace.{name}") for name in kinds}
     return validated(shape, numbers, file, "workspace")
 
 

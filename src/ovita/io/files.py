@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import mmap
 import os
 import secrets
 import stat
@@ -164,9 +165,8 @@ def suffix(path: str | os.PathLike[str]) -> str:
 
 def _check_size(file: str, size: int) -> None:
     if size > MAX_BYTES:
-        raise FormatError(
-            file, f"the file is too large ({size / 2**20:.0f} MB); ovita reads up to {MAX_BYTES // 2**20} MB"
-        )
+        most = f"ovita reads up to {MAX_BYTES // 2**20} MB"
+        raise FormatError(file, f"the file is too large ({size / 2**20:.0f} MB); {most}")
 
 
 def _target_mode(path: str | os.PathLike[str], file: str) -> int | None:
@@ -200,12 +200,10 @@ def _replace(target: str, content: bytes, mode: int | None) -> None:
             os.unlink(temporary)
         raise
     # Makes the new name survive a power cut; some systems cannot open a folder, and then there is nothing to do.
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
         handle = os.open(folder, os.O_RDONLY)
-        try:
-            os.fsync(handle)
-        finally:
-            os.close(handle)
+        stack.callback(os.close, handle)
+        os.fsync(handle)
 
 
 def reason(error: BaseException) -> str:
@@ -265,13 +263,7 @@ class Journal:
 
 def _whole(stream: Any) -> int:
     """Length of the part that consists of finished lines [bytes]."""
-    end = int(stream.seek(0, os.SEEK_END))
-    at = end
-    while at > 0:
-        start = max(at - 65536, 0)
-        stream.seek(start)
-        found = stream.read(at - start).rfind(b"\n")
-        if found >= 0:
-            return start + int(found) + 1
-        at = start
-    return 0
+    if not stream.seek(0, os.SEEK_END):
+        return 0
+    with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
+        return content.rfind(b"\n") + 1

@@ -6,28 +6,13 @@ import json
 import math
 import os
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, replace
 from hashlib import sha256
 from typing import Any
 
 from ovita.errors import FormatError
-from ovita.io.documents import (
-    SCENE_KEYS,
-    VERDICT,
-    Table,
-    Task,
-    brief,
-    is_table,
-    listing,
-    nearest,
-    plain,
-    scene_dict,
-    scene_from_dict,
-    show,
-    timestep_of,
-    validated,
-)
+from ovita.io import documents
 from ovita.io.files import atomic_write, errors_of, examine, file_name, is_address, read_text, suffix
 from ovita.io.waypoints import read_rows, trajectory_rows
 from ovita.paths.robot import PRESETS
@@ -42,7 +27,7 @@ SKILL_SCHEMA = "ovita.skill/1"
 
 _BEGINNING = 4096
 
-TASK_KEYS = ("trajectory", "instruction", "timestep", *SCENE_KEYS)
+TASK_KEYS = ("trajectory", "instruction", "timestep", *documents.SCENE_KEYS)
 """Top-level keys that ovita gives a meaning to, besides `robot`."""
 
 MAX_DEPTH = 64
@@ -53,7 +38,7 @@ _LINE = 110
 _HALF_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
-def parse(content: str, file: str) -> Task:
+def parse(content: str, file: str) -> documents.Task:
     """Read a task from the text of a JSON file.
 
     A file that holds an adaptation gives its adapted trajectory, its scene and its instruction.
@@ -63,45 +48,33 @@ def parse(content: str, file: str) -> Task:
     return replace(task, path=file, verdict=" ".join(task.verdict.split()))
 
 
-def _task(document: Mapping[str, Any], file: str) -> Task:
+def _task(document: Mapping[str, Any], file: str) -> documents.Task:
     others = {k: v for k, v in document.items() if k != "trajectory"}
     check_values(others, file)
     trajectory, notes = _trajectory(document, "trajectory", file)
-    carried = {k: others.pop(k) for k in _CARRIED if _is_carried(others, k)}
-    scene = _scene(_only(others, SCENE_KEYS) | carried, file)
-    kept = {k: v for k, v in others.items() if k not in TASK_KEYS}
+    # A mission or a ROS message that ovita kept, not the user's own key of that name.
+    ours = [k for k, inner in _CARRIED.items() if isinstance(others.get(k), dict) and inner in others[k]]
+    scene = _scene(_only(others, (*documents.SCENE_KEYS, *ours)), file)
+    kept = {k: v for k, v in others.items() if k not in (*TASK_KEYS, *ours)}
     robot, remarks = _named(others.get("robot"))
     if robot is not None:
         del kept["robot"]
-    verdict = kept.pop(VERDICT) if isinstance(kept.get(VERDICT), str) else ""
-    return Task(
-        trajectory,
-        scene,
-        _instruction(others, file),
-        kept,
-        robot=robot,
-        notes=notes + remarks,
-        fixed_frame=_fixes_axes(scene),
-        verdict=verdict,
-    )
+    verdict = kept.pop(documents.VERDICT) if isinstance(kept.get(documents.VERDICT), str) else ""
+    said: dict[str, Any] = {"notes": notes + remarks, "fixed_frame": bool(ours), "verdict": verdict}
+    return documents.Task(trajectory, scene, _instruction(others, file), kept, robot=robot, **said)
 
 
-def _adaptation(document: Mapping[str, Any], file: str) -> Task:
+def _adaptation(document: Mapping[str, Any], file: str) -> documents.Task:
     check_schema(document, file)
     check_values(_only(document, ("scene", "instruction", "timestep", "robot")), file)
     trajectory, notes = _trajectory(document, "adapted", file)
     scene = _scene(_scene_part(document, file), file)
     robot, remarks = _robot_of_adaptation(document.get("robot"))
-    status = document.get("status")
-    return Task(
-        trajectory,
-        scene,
-        _instruction(document, file),
-        robot=robot if robot and robot.strip() else None,
-        notes=notes + remarks,
-        fixed_frame=_fixes_axes(scene),
-        verdict=f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else "",
-    )
+    status, fixed = document.get("status"), any(key in scene.extra for key in _CARRIED)
+    verdict = f"{status}: {document.get('message')}" if status in ("limited", "not_as_meant", "infeasible") else ""
+    said: dict[str, Any] = {"notes": notes + remarks, "fixed_frame": fixed, "verdict": verdict}
+    name = robot if robot and robot.strip() else None
+    return documents.Task(trajectory, scene, _instruction(document, file), robot=name, **said)
 
 
 def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
@@ -110,10 +83,10 @@ def parse_scene(content: str, file: str) -> tuple[Scene, bool]:
     if is_adaptation(document):
         document = dict(_scene_part(document, file))
     check_values({key: value for key, value in document.items() if key != "trajectory"}, file)
-    return _scene(_only(document, SCENE_KEYS), file), document.get("frame") is not None
+    return _scene(_only(document, documents.SCENE_KEYS), file), document.get("frame") is not None
 
 
-def parse_bare(content: str, file: str) -> Task | None:
+def parse_bare(content: str, file: str) -> documents.Task | None:
     """Read a task, whose path stands still, from the text of a JSON file with objects and no trajectory.
 
     None if the file holds a trajectory, an adaptation, or no objects.
@@ -123,8 +96,8 @@ def parse_bare(content: str, file: str) -> Task | None:
     if is_adaptation(document) or "trajectory" in document or not (isinstance(objects, list) and objects):
         return None
     check_values(document, file)
-    scene, (robot, _) = _scene(_only(document, SCENE_KEYS), file), _named(document.get("robot"))
-    return Task(standing_still(), scene, _instruction(document, file), path=file, robot=robot)
+    scene, (robot, _) = _scene(_only(document, documents.SCENE_KEYS), file), _named(document.get("robot"))
+    return documents.Task(standing_still(), scene, _instruction(document, file), path=file, robot=robot)
 
 
 def document_of(
@@ -134,21 +107,20 @@ def document_of(
     extra: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The document of the public OVITA layout that `parse` turns back exactly."""
-    clash = [key for key in extra or {} if key in TASK_KEYS]
-    if clash:
-        raise ValueError(f"extra may not hold {clash[0]!r}, which the file already has")
+    for key in [key for key in extra or {} if key in TASK_KEYS]:
+        raise ValueError(f"extra may not hold {key!r}, which the file already has")
     document: dict[str, Any] = {"trajectory": trajectory_rows(trajectory), "instruction": instruction or ""}
     if trajectory.timestep != TIMESTEP:
         document["timestep"] = float(trajectory.timestep)
-    surroundings = scene_dict(Scene() if scene is None else scene)
-    reserved = {"trajectory", "instruction", "timestep"}
-    return {**document, **{k: v for k, v in surroundings.items() if k not in reserved}, **plain(extra or {})}
+    surroundings = documents.scene_dict(Scene() if scene is None else scene)
+    around = {key: value for key, value in surroundings.items() if key not in ("trajectory", "instruction", "timestep")}
+    return {**document, **around, **documents.plain(extra or {})}
 
 
 def dumps(document: Mapping[str, Any], file: str) -> str:
     """Write a document as canonical JSON: one waypoint or object a line, floats so that they read back exactly."""
     try:
-        return _layout(plain(document), "") + "\n"
+        return _layout(documents.plain(document), "") + "\n"
     except (TypeError, ValueError, OverflowError) as error:
         raise FormatError(file, f"cannot be written as JSON: {error}") from None
     except RecursionError:
@@ -169,19 +141,19 @@ def parse_object(content: str, file: str) -> dict[str, Any]:
         raise FormatError(file, f"this is not JSON: {what} (line {error.lineno}, column {error.colno})") from None
     except _RepeatedKeyError as error:
         raise FormatError(file, "stands twice in one JSON object; keep one of the two", key=error.key) from None
-    except UnicodeEncodeError:
-        raise FormatError(
-            file, "a text holds half of a surrogate pair (\\ud800-\\udfff); write the character"
-        ) from None
-    except RecursionError:
-        raise FormatError(file, f"nested too deeply; ovita reads up to {MAX_DEPTH} levels") from None
-    except MemoryError:
-        raise FormatError(file, "the file is too large for the memory of this machine") from None
-    except ValueError:
-        raise FormatError(file, "a whole number in it has thousands of digits; shorten it") from None
+    except tuple(_UNREADABLE) as error:
+        raise FormatError(file, next(why for kind, why in _UNREADABLE.items() if isinstance(error, kind))) from None
     if not isinstance(document, dict):
-        raise FormatError(file, f"the top level is {show(document)}, expected an object")
+        raise FormatError(file, f"the top level is {documents.show(document)}, expected an object")
     return document
+
+
+_UNREADABLE: Mapping[type[Exception], str] = {
+    UnicodeEncodeError: "a text holds half of a surrogate pair (\\ud800-\\udfff); write the character",
+    RecursionError: f"nested too deeply; ovita reads up to {MAX_DEPTH} levels",
+    MemoryError: "the file is too large for the memory of this machine",
+    ValueError: "a whole number in it has thousands of digits; shorten it",
+}
 
 
 def check_values(document: Mapping[str, Any], file: str) -> None:
@@ -212,18 +184,20 @@ def check_schema(document: Mapping[str, Any], file: str) -> None:
         return
     if schema is None:
         raise FormatError(file, f"no schema is given, expected {ADAPTATION_SCHEMA!r}; this is not a saved adaptation")
-    raise FormatError(file, f"is {show(schema)}; this version of ovita reads {ADAPTATION_SCHEMA!r}", key="schema")
+    raise FormatError(
+        file, f"is {documents.show(schema)}; this version of ovita reads {ADAPTATION_SCHEMA!r}", key="schema"
+    )
 
 
 def _join(path: str, key: str | int) -> str:
     if isinstance(key, int):
         return f"{path}[{key}]"
-    return f"{path}.{brief(key)}" if path else brief(key)
+    return f"{path}.{documents.brief(key)}" if path else documents.brief(key)
 
 
 class _RepeatedKeyError(Exception):
     def __init__(self, key: str) -> None:
-        self.key = brief(key)
+        self.key = documents.brief(key)
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -238,32 +212,22 @@ def _only(document: Mapping[str, Any], keys: Collection[str]) -> dict[str, Any]:
     return {key: document[key] for key in keys if key in document}
 
 
-def _is_carried(document: Mapping[str, Any], key: str) -> bool:
-    """Whether a key was added by ovita for a mission or ROS message, not by the user."""
-    value = document.get(key)
-    return isinstance(value, dict) and _CARRIED[key] in value
-
-
-def _fixes_axes(scene: Scene) -> bool:
-    return any(key in scene.extra for key in _CARRIED)
-
-
 def _scene(document: Mapping[str, Any], file: str) -> Scene:
     with errors_of(file):
-        return scene_from_dict(document)
+        return documents.scene_from_dict(document)
 
 
 def _named(robot: object) -> tuple[str | None, tuple[str, ...]]:
     """The robot's name in a file, or None and a note where what stands there is none."""
     if robot is None or (isinstance(robot, str) and robot.strip()):
         return robot, ()
-    return None, (f"robot is {show(robot)}, which names no robot; no limits of a robot are enforced",)
+    return None, (f"robot is {documents.show(robot)}, which names no robot; no limits of a robot are enforced",)
 
 
 def _scene_part(document: Mapping[str, Any], file: str) -> Mapping[str, Any]:
     scene = document.get("scene")
     if not isinstance(scene, (dict, type(None))):
-        raise FormatError(file, f"is {show(scene)}, expected an object with 'objects'", key="scene")
+        raise FormatError(file, f"is {documents.show(scene)}, expected an object with 'objects'", key="scene")
     return scene or {}
 
 
@@ -274,9 +238,9 @@ def _robot_of_adaptation(robot: object) -> tuple[str | None, tuple[str, ...]]:
     name = robot.get("name")
     if not isinstance(name, str):
         return None, ()
-    if name in PRESETS and plain(asdict(PRESETS[name])) == robot:
+    if name in PRESETS and documents.plain(asdict(PRESETS[name])) == robot:
         return name, ()
-    return None, (f"the limits of the robot {brief(name)!r} are not taken over; name its file again",)
+    return None, (f"the limits of the robot {documents.brief(name)!r} are not taken over; name its file again",)
 
 
 def _trajectory(document: Mapping[str, Any], key: str, file: str) -> tuple[Trajectory, tuple[str, ...]]:
@@ -284,40 +248,41 @@ def _trajectory(document: Mapping[str, Any], key: str, file: str) -> tuple[Traje
         raise FormatError(file, _no_trajectory(document, key))
     given = document.get("timestep")
     with errors_of(file):
-        return read_rows(document[key], key=key, timestep=TIMESTEP if given is None else timestep_of(given, file))
+        return read_rows(
+            document[key], key=key, timestep=TIMESTEP if given is None else documents.timestep_of(given, file)
+        )
 
 
 def _instruction(document: Mapping[str, Any], file: str) -> str:
-    return str(validated(str, document.get("instruction") or "", file, "instruction"))
+    return str(documents.validated(str, document.get("instruction") or "", file, "instruction"))
 
 
 def _no_trajectory(document: Mapping[str, Any], key: str) -> str:
     if str(document.get("schema")).startswith("ovita.skill/"):
         return "this is a skill, not a trajectory; make one of it: ovita generate"
     if key == "adapted":
-        return f"this adaptation has no adapted trajectory (its status is {show(document.get('status'))})"
+        return f"this adaptation has no adapted trajectory (its status is {documents.show(document.get('status'))})"
     if key in document:
         return "the trajectory is null; give a list of rows [x, y, z, speed]"
-    guess = nearest(key, list(document))
-    hint = f"rename {brief(guess)!r} to 'trajectory'" if guess else "give a list of rows [x, y, z, speed]"
+    guess = documents.nearest(key, list(document))
+    hint = f"rename {documents.brief(guess)!r} to 'trajectory'" if guess else "give a list of rows [x, y, z, speed]"
     if not document:
         return f"the object is empty; {hint} under the key 'trajectory'"
-    return f"there is no key 'trajectory', only {listing(document)}; {hint}"
+    return f"there is no key 'trajectory', only {documents.listing(document)}; {hint}"
 
 
 def _layout(value: Any, indent: str) -> str:
-    if isinstance(value, Table):
+    if isinstance(value, documents.Table):
         return _lines(value.text, indent)
     if not value or _is_flat(value):
         return _compact(value)
     deeper = indent + " "
     if isinstance(value, dict):
-        return _short(value, indent) or _block(
-            "{}", [f"{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items()], indent
-        )
-    if is_table(value):
+        lines = (f"{_compact(key)}: {_layout(item, deeper)}" for key, item in value.items())
+        return _short(value, indent) or _block("{}", lines, indent)
+    if documents.is_table(value):
         return _lines(_compact(value), indent)
-    return _block("[]", [_layout(item, deeper) for item in value], indent)
+    return _block("[]", (_layout(item, deeper) for item in value), indent)
 
 
 def _short(value: dict[str, Any], indent: str) -> str:
@@ -327,7 +292,7 @@ def _short(value: dict[str, Any], indent: str) -> str:
     return line if len(line) <= _LINE else ""
 
 
-def _block(brackets: str, lines: list[str], indent: str) -> str:
+def _block(brackets: str, lines: Iterable[str], indent: str) -> str:
     return f"{brackets[0]}\n{indent} " + f",\n{indent} ".join(lines) + f"\n{indent}{brackets[1]}"
 
 
@@ -338,7 +303,7 @@ def _lines(table: str, indent: str) -> str:
 
 def _is_flat(value: Any) -> bool:
     """Whether a value is a scalar or a list of scalars."""
-    return not isinstance(value, (list, dict, Table)) or (
+    return not isinstance(value, (list, dict, documents.Table)) or (
         isinstance(value, list) and not any(isinstance(item, (list, dict)) for item in value)
     )
 
@@ -358,12 +323,12 @@ def seal(document: Mapping[str, Any]) -> str:
 
     It tells whether a saved adaptation was edited; it is no signature, since anyone can compute it.
     """
-    content = (f'"{key}": {_sorted(plain(document.get(key)))}' for key in sorted(_SEALED))
+    content = (f'"{key}": {_sorted(documents.plain(document.get(key)))}' for key in sorted(_SEALED))
     return sha256(f"{{{', '.join(content)}}}".encode()).hexdigest()
 
 
 def _sorted(value: Any) -> str:
-    return value.text if isinstance(value, Table) else json.dumps(value, sort_keys=True, allow_nan=False)
+    return value.text if isinstance(value, documents.Table) else json.dumps(value, sort_keys=True, allow_nan=False)
 
 
 def save_document(path: str | os.PathLike[str], document: Mapping[str, Any]) -> None:

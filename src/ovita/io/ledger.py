@@ -30,7 +30,6 @@ class LedgerCheck:
     """What looking through a log found.
 
     Args:
-        lines: How many there are.
         chained: How many of them are in the chain; those before it were written by earlier versions.
         head: Hash of the last line.
         faults: What is wrong, each a sentence; none if the chain is whole.
@@ -69,17 +68,11 @@ class Ledger:
         """Look for lines that were changed, removed or inserted."""
         examine(self.path)
         lines = self._lines()
-        faults, chained = [], 0
-        for number, line in enumerate(lines, start=1):
-            given = _previous(line)
-            before = _hash(lines[number - 2]) if number > 1 else START
-            if given is None and chained == 0:
-                continue
-            chained += 1
-            if given != before:
-                faults.append(f"line {number} does not follow the line before it: one was changed, removed or inserted")
-        head = _hash(lines[-1]) if lines else START
-        return LedgerCheck(len(lines), chained, head, (*faults, *self._end(lines, head)))
+        hashes, given = [START, *map(_hash, lines)], [*map(_previous, lines)]
+        first = next((i for i, previous in enumerate(given) if previous is not None), len(lines))
+        why = "does not follow the line before it: one was changed, removed or inserted"
+        faults = [f"line {i + 1} {why}" for i in range(first, len(lines)) if given[i] != hashes[i]]
+        return LedgerCheck(len(lines), len(lines) - first, hashes[-1], (*faults, *self._end(lines, hashes[-1])))
 
     def _end(self, lines: list[bytes], head: str) -> list[str]:
         """What the note beside the log says against its end."""

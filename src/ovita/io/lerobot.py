@@ -46,18 +46,14 @@ def episodes(folder: str | os.PathLike[str]) -> tuple[Task, ...]:
 def episode(folder: str | os.PathLike[str], number: int | None = None) -> Task:
     """Read one episode of a data set as a task.
 
-    Args:
-        folder: Of the data set.
-        number: Which episode, from 0; negative from the end; None for the last.
+    Episodes are counted from 0, negative numbers from the end; None is the last.
 
     Raises:
         FormatError: As `episodes` does, or if there is no such episode.
         MissingExtra: If pyarrow is not installed.
     """
-    file = file_name(folder)
-    count = validated(
-        int, _info(folder).get("total_episodes"), file_name(os.path.join(folder, *DATA_SET_INFO)), "total_episodes"
-    )
+    file, info = file_name(folder), file_name(os.path.join(folder, *DATA_SET_INFO))
+    count = validated(int, _info(folder).get("total_episodes"), info, "total_episodes")
     chosen = -1 if number is None else number
     if not -count <= chosen < count:
         raise FormatError(file, f"there is no episode {chosen}; it holds {counted(count, 'episode')}, counted from 0")
@@ -83,12 +79,11 @@ def _read(folder: str | os.PathLike[str], only: int | None) -> list[Task]:
     tasks = []
     for mine in np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1):
         number = int(numbers[mine[0]])
-        columns = _columns(rows[mine], names)
-        step = None
-        if "speed" in columns:
-            step = float(np.median(np.diff(times[mine]))) if len(mine) > 1 else None
-        else:
+        columns, step = _columns(rows[mine], names), None
+        if "speed" not in columns:
             columns["t"] = times[mine] - times[mine][0]
+        elif len(mine) > 1:
+            step = float(np.median(np.diff(times[mine])))
         place = f"{file}: episode {number}"
         scene, robot = around.get(number, (Scene(), None))
         with errors_of(place):
@@ -114,14 +109,10 @@ def _tasks(folder: str | os.PathLike[str]) -> dict[Any, str]:
     """What is to be done, by its number; empty where the data set does not say."""
     path, lines = Path(folder, "meta", "tasks.parquet"), Path(folder, "meta", "tasks.jsonl")
     if path.is_file():
-        tasks = _parquet(path, None)
-        named = next((name for name in ("task", "__index_level_0__") if name in tasks.column_names), None)
-        if named is None or "task_index" not in tasks.column_names:
-            return {}
-        return dict(zip(tasks["task_index"].to_pylist(), map(str, tasks[named].to_pylist()), strict=True))
-    if not lines.is_file():
-        return {}
-    parsed = [parse_object(line, file_name(lines)) for line in read_text(lines).splitlines() if line.strip()]
+        rows = [{"task": row.get("__index_level_0__"), **row} for row in _parquet(path, None).to_pylist()]
+        return {row["task_index"]: str(row["task"]) for row in rows if "task_index" in row and row["task"] is not None}
+    written = read_text(lines).splitlines() if lines.is_file() else []
+    parsed = [parse_object(line, file_name(lines)) for line in written if line.strip()]
     return {one.get("task_index"): str(one.get("task") or "") for one in parsed}
 
 
@@ -142,10 +133,8 @@ def _feature(folder: str | os.PathLike[str]) -> tuple[str, tuple[str, ...]]:
     file, document = file_name(os.path.join(folder, *DATA_SET_INFO)), _info(folder)
     features = validated(dict[str, dict[str, Any]], document.get("features"), file, "features")
     named = {name: _names(feature.get("names")) for name, feature in features.items()}
-    order = [name for name in _FIRST if name in named]
-    order += sorted(named.keys() - _FIRST)
-    for name in order:
-        short = _shortened(named[name])
+    order = [*(name for name in _FIRST if name in named), *sorted(named.keys() - _FIRST)]
+    for name, short in ((name, _shortened(named[name])) for name in order):
         if set(_XYZ) <= set(short):
             return name, short
     states = [name for name in order if named[name] and "image" not in name]

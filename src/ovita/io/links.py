@@ -136,10 +136,8 @@ class Address:
         way, _, rest = self.target.partition(":")
         host, _, port = rest.rpartition(":")
         if way not in _WAYS or not host or not port.isdecimal() or not 0 < int(port) < 65536:
-            problem = (
-                f"{self.target!r} is not WAY:HOST:PORT with one of {', '.join(_WAYS)}, such as udp:127.0.0.1:14550"
-            )
-            raise RequestError(f"{self}: {problem}")
+            wanted = f"WAY:HOST:PORT with one of {', '.join(_WAYS)}, such as udp:127.0.0.1:14550"
+            raise RequestError(f"{self}: {self.target!r} is not {wanted}")
         return way, host.strip("[]"), int(port)
 
 

@@ -24,7 +24,7 @@ from ovita.io.files import errors_of, reason
 from ovita.io.geodesy import Home
 from ovita.io.links import Address
 from ovita.io.mission_checks import remarks
-from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, mission_from, numbered, task_of
+from ovita.io.missions import CHANGE_SPEED, WAYPOINTS, Item, Mission, home_of, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -69,10 +69,7 @@ def download(address: Address, home: Home | None, heading: float | None = None) 
     with contextlib.closing(Vehicle(address)) as vehicle:
         items = [_item(message) for message in _fetch_all(vehicle)]
         listed = items.pop(0) if items and vehicle.autopilot == ARDUPILOT else None
-        if home is None and listed is not None:
-            latitude, longitude, altitude = (value or 0.0 for value in listed.params[4:])
-            home = Home(latitude, longitude, altitude) if (latitude, longitude) != (0.0, 0.0) else None
-        home = home or _home(vehicle)
+        home = home or home_of(listed) or _home(vehicle)
     if home is None:
         raise LinkError(f"{address}: the vehicle knows no home position; say --home latitude,longitude,altitude")
     with errors_of(str(address)):
@@ -139,16 +136,18 @@ def _ask(vehicle: Vehicle, request: Any, name: str, seq: int | None) -> Any:
 
 
 def _home(vehicle: Vehicle) -> Home | None:
-    d = vehicle.dialect
     for _ in range(2):
-        request = d.MAVLink_command_long_message(
-            vehicle.system, vehicle.component, _REQUEST_MESSAGE, 0, float(_HOME_POSITION), 0, 0, 0, 0, 0, 0
-        )
-        vehicle.send(request)
+        vehicle.send(command_long(vehicle, _REQUEST_MESSAGE, _HOME_POSITION))
         answer = vehicle.wait(("HOME_POSITION",), RESEND)
         if answer is not None:
             return Home(answer.latitude / 1e7, answer.longitude / 1e7, answer.altitude / 1e3)
     return None
+
+
+def command_long(vehicle: Vehicle, number: int, *params: float) -> Any:
+    """A COMMAND_LONG to a vehicle, its further parameters 0."""
+    values = [float(value) for value in params] + [0.0] * (7 - len(params))
+    return vehicle.dialect.MAVLink_command_long_message(vehicle.system, vehicle.component, number, 0, *values)
 
 
 def _message(vehicle: Vehicle, seq: int, item: Item) -> Any:
@@ -156,19 +155,9 @@ def _message(vehicle: Vehicle, seq: int, item: Item) -> Any:
     x, y, z = (value or 0.0 for value in item.params[4:])
     whole = [max(-_LARGEST_INT, min(_LARGEST_INT, round(value * scale))) for value in (x, y)]
     numbers = [math.nan if value is None else _single(value) for value in item.params[:4]]
-    return vehicle.dialect.MAVLink_mission_item_int_message(
-        vehicle.system,
-        vehicle.component,
-        seq,
-        _INT_FRAME.get(item.frame, item.frame),
-        item.command,
-        int(seq == 0),
-        int(item.autocontinue),
-        *numbers,
-        *whole,
-        _single(z),
-        0,
-    )
+    head = vehicle.system, vehicle.component, seq, _INT_FRAME.get(item.frame, item.frame), item.command
+    flags = int(seq == 0), int(item.autocontinue)
+    return vehicle.dialect.MAVLink_mission_item_int_message(*head, *flags, *numbers, *whole, _single(z), 0)
 
 
 def _item(message: Any) -> Item:
@@ -184,10 +173,8 @@ def _compare(address: Address, sent: Sequence[Any], held: Sequence[Any], *, skip
     if len(held) != len(sent):
         raise LinkError(f"{address}: {len(sent)} items were sent, but the vehicle holds {len(held)}; do not fly it")
     otherwise = []
-    for seq, pair in enumerate(zip(sent, held, strict=True)):
+    for seq, pair in list(enumerate(zip(sent, held, strict=True)))[int(skip_home) :]:
         mine, theirs = map(_item, pair)
-        if skip_home and seq == 0:
-            continue
         if not _same(mine, theirs):
             raise LinkError(f"{address}: the vehicle holds another item {seq} than was sent; do not fly this mission")
         params = zip(mine.params[:4], theirs.params[:4], strict=True)
@@ -312,10 +299,9 @@ class Vehicle:
 
     def _connect(self) -> socket.socket:
         way, host, port = self.address.endpoint
+        stream = socket.SOCK_STREAM if way == "tcp" else socket.SOCK_DGRAM
         try:
-            family, kind, _, _, place = socket.getaddrinfo(
-                host, port, type=socket.SOCK_STREAM if way == "tcp" else socket.SOCK_DGRAM
-            )[0]
+            family, kind, _, _, place = socket.getaddrinfo(host, port, type=stream)[0]
             link = socket.socket(family, kind)
         except OSError as error:
             raise LinkError(f"{self.address}: there is no host {host!r} ({reason(error)})") from None

@@ -148,10 +148,8 @@ def listed_names(names: Iterable[str]) -> str:
 def frame_of(frame_id: str) -> Frame:
     """The axes of a ROS frame: those of REP-103, or those that its name ends in, _ned or _rfu."""
     if frame_id.endswith(("_optical", "_optical_frame")):
-        problem = (
-            f"is in {brief(frame_id)!r}, a camera's optical frame (z forward); transform it to a fixed frame first"
-        )
-        raise TrajectoryError(problem, key="header.frame_id")
+        problem = f"is in {brief(frame_id)!r}, a camera's optical frame (z forward)"
+        raise TrajectoryError(f"{problem}; transform it to a fixed frame first", key="header.frame_id")
     return Frame(next((name for name in ("ned", "rfu") if frame_id.endswith(f"_{name}")), "flu"))
 
 
@@ -216,18 +214,12 @@ def _points(trajectory: Trajectory, turns: Array, stamps: list[int], maker: Make
     still = maker.vector((0.0, 0.0, 0.0))
     points = []
     velocities = _velocities(trajectory)
+    kind = "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint"
     for p, q, v, t in zip(trajectory.positions, turns, velocities, stamps, strict=True):
         transform = maker.new("geometry_msgs/msg/Transform", translation=maker.vector(p), rotation=maker.quaternion(q))
         twist = maker.new("geometry_msgs/msg/Twist", linear=maker.vector(v), angular=still)
-        points.append(
-            maker.new(
-                "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
-                transforms=[transform],
-                velocities=[twist],
-                accelerations=[],
-                time_from_start=maker.stamp(t, "Duration"),
-            )
-        )
+        moving: dict[str, Any] = {"transforms": [transform], "velocities": [twist], "accelerations": []}
+        points.append(maker.new(kind, **moving, time_from_start=maker.stamp(t, "Duration")))
     return points
 
 
@@ -250,7 +242,7 @@ def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
     columns, notes = _times([stamp_ns(p.time_from_start) for p in points])
     times = None
     if points and all(len(point.velocities) == 1 for point in points):
-        linear = [[v.x, v.y, v.z] for v in (point.velocities[0].linear for point in points)]
+        linear = [_xyz(point.velocities[0].linear) for point in points]
         times, notes = columns.get("t"), ()
         columns = {"speed": np.linalg.norm(np.array(linear, dtype=float), axis=1)}
     transforms = [point.transforms[0] for point in points]
@@ -258,7 +250,11 @@ def _parse_points(message: Any) -> tuple[Trajectory, str, tuple[str, ...]]:
     if times is not None and built.duration > 0:
         built, more = _with_dwell(built, times)
         said += more
-    return built, names[0] if names else "", notes + said
+    return built, next(iter(names), ""), notes + said
+
+
+def _xyz(vector: Any) -> tuple[float, float, float]:
+    return vector.x, vector.y, vector.z
 
 
 def _with_dwell(trajectory: Trajectory, times: Array) -> tuple[Trajectory, tuple[str, ...]]:
@@ -285,11 +281,11 @@ def _times(stamps: list[int]) -> tuple[dict[str, Array], tuple[str, ...]]:
 def _built(
     places: list[Any], turns: list[Any], columns: dict[str, Array], key: str
 ) -> tuple[Trajectory, tuple[str, ...]]:
-    positions = np.array([[p.x, p.y, p.z] for p in places], dtype=float).reshape(-1, 3)
-    rotations = np.array([[q.w, q.x, q.y, q.z] for q in turns], dtype=float).reshape(-1, 4)
-    zero = bool(len(rotations)) and not rotations.any()
-    unset = zero or (bool(len(rotations)) and bool((rotations == (1.0, 0.0, 0.0, 0.0)).all()))
-    built, notes = from_columns(pose_columns(positions, None if unset else rotations) | columns, key=key, timestep=None)
+    positions = np.array([_xyz(place) for place in places], dtype=float).reshape(-1, 3)
+    rotations = np.array([[q.w, *_xyz(q)] for q in turns], dtype=float).reshape(-1, 4)
+    zero, unset = (len(rotations) > 0 and (rotations == [w, 0.0, 0.0, 0.0]).all() for w in (0.0, 1.0))
+    own = None if zero or unset else rotations
+    built, notes = from_columns(pose_columns(positions, own) | columns, key=key, timestep=None)
     left_out = ("every quaternion has length zero, so the orientations were left out",)
     return built, notes + left_out if zero else notes
 
@@ -355,16 +351,13 @@ class JointMotion:
     def after(self, first: JointMotion) -> JointMotion:
         """This motion once another, of the same joints and to where this one starts, has ended; at rest between."""
 
-        def together(a: Array | None, b: Array | None) -> Array | None:
-            return None if a is None or b is None else np.concatenate([a, b[1:]])
+        def together(key: str) -> Any:
+            parts = getattr(first, key), getattr(self, key)
+            return None if parts[0] is None or parts[1] is None else np.concatenate([parts[0], parts[1][1:]])
 
-        return replace(
-            self,
-            positions=np.concatenate([first.positions, self.positions[1:]]),
-            times=np.concatenate([first.times, first.times[-1] + self.times[1:] - self.times[0]]),
-            velocities=together(first.velocities, self.velocities),
-            accelerations=together(first.accelerations, self.accelerations),
-        )
+        joined = {key: together(key) for key in ("positions", "velocities", "accelerations")}
+        times = np.concatenate([first.times, first.times[-1] + self.times[1:] - self.times[0]])
+        return replace(self, times=times, **joined)
 
     def through(self, forward: Forward) -> Trajectory:
         """The path of the tool by a kinematic model; its speeds follow from the times."""
@@ -377,18 +370,13 @@ class JointMotion:
 def build_joints(motion: JointMotion, maker: Maker, *, frame_id: str = "") -> Any:
     """A JointTrajectory message for a motion that starts immediately (stamp 0)."""
     frame_id = frame_id or ("" if motion.frame == _FLU else f"base_{motion.frame.name}")
-    none = maker.floats(np.zeros(0))
-    points = [
-        maker.new(
-            "trajectory_msgs/msg/JointTrajectoryPoint",
-            positions=maker.floats(motion.positions[i]),
-            velocities=none if motion.velocities is None else maker.floats(motion.velocities[i]),
-            accelerations=none if motion.accelerations is None else maker.floats(motion.accelerations[i]),
-            effort=none,
-            time_from_start=maker.stamp(round((time - motion.times[0]) * 1e9), "Duration"),
-        )
-        for i, time in enumerate(motion.times)
-    ]
+    none = np.zeros((len(motion.times), 0))
+    given = {key: getattr(motion, key) for key in ("positions", "velocities", "accelerations")} | {"effort": None}
+    points = []
+    for i, time in enumerate(motion.times):
+        row = {key: maker.floats((none if rows is None else rows)[i]) for key, rows in given.items()}
+        due = maker.stamp(round((time - motion.times[0]) * 1e9), "Duration")
+        points.append(maker.new("trajectory_msgs/msg/JointTrajectoryPoint", **row, time_from_start=due))
     return maker.new(JOINTS, header=maker.header(frame_id), joint_names=list(motion.names), points=points)
 
 
@@ -404,11 +392,7 @@ def parse_joints(message: Any) -> JointMotion:
         rows = [getattr(point, key) for point in points]
         return np.array(rows, dtype=float) if rows and all(len(row) == len(names) for row in rows) else None
 
-    return JointMotion(
-        names,
-        np.array([point.positions for point in points], dtype=float).reshape(len(points), len(names)),
-        np.array([int(p.time_from_start.sec) + int(p.time_from_start.nanosec) / 1e9 for p in points]),
-        column("velocities"),
-        frame_of(str(message.header.frame_id)),
-        column("accelerations"),
-    )
+    positions = np.array([point.positions for point in points], dtype=float).reshape(len(points), len(names))
+    times = np.array([int(p.time_from_start.sec) + int(p.time_from_start.nanosec) / 1e9 for p in points])
+    frame = frame_of(str(message.header.frame_id))
+    return JointMotion(names, positions, times, column("velocities"), frame, column("accelerations"))

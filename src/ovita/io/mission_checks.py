@@ -43,7 +43,6 @@ class Flight:
         speeds: Commanded on the way to each waypoint (N,) [m/s].
         holds: At each waypoint (N,) [s].
         heights: Of each waypoint above home (N,) [m].
-        home: Where it is flown.
     """
 
     told: float
@@ -57,8 +56,8 @@ class Flight:
     def of(cls, mission: Mission, told: float) -> Flight:
         """The flight of a mission that stands for a path of a duration [s]."""
         waypoints, _ = waypoints_of(mission)
-        speeds, holds = np.array([w.speed for w in waypoints]), np.array([w.hold for w in waypoints])
-        heights = np.array([w.position[2] for w in waypoints])
+        rows = np.array([(w.speed, w.hold, w.position[2]) for w in waypoints]).reshape(-1, 3)
+        speeds, holds, heights = rows.T
         return cls(told, legs_of(waypoints), speeds, holds, heights, mission.home)
 
     @property
@@ -96,11 +95,11 @@ class Flight:
             why = f"none commands less than {LEAST_SPEED:g} m/s"
             hint = "fly it as setpoints, or speed up its slowest part"
             said.append(f"As a mission it flies {self.duration:.1f} s, not {self.told:.1f} s, for {why}: {hint}.")
-        if robot is not None and robot.max_speed is not None:
-            fast = np.flatnonzero(~(self.speeds <= robot.max_speed * (1.0 + _SAME)))
-            if len(fast):
-                where, most = listing(str(i + 1) for i in fast), f"at most {robot.max_speed:g} m/s"
-                said.append(f"The mission commands {self.speeds[fast].max():.3g} m/s to waypoint {where} ({most}).")
+        limit = np.inf if robot is None or robot.max_speed is None else robot.max_speed
+        fast = np.flatnonzero(~(self.speeds <= limit * (1.0 + _SAME)))
+        if len(fast):
+            where, most = listing(str(i + 1) for i in fast), f"at most {limit:g} m/s"
+            said.append(f"The mission commands {self.speeds[fast].max():.3g} m/s to waypoint {where} ({most}).")
         return said
 
 
@@ -118,11 +117,7 @@ def flight_of(trajectory: Trajectory, scene: Scene, choices: Choices) -> tuple[F
 def remarks(mission: Mission, told: float, lost: Sequence[str], scene: Scene) -> tuple[str, ...]:
     """What a person should know of a mission before it is flown: how it flies, what is otherwise, what is to do.
 
-    Args:
-        mission: As it is written or uploaded.
-        told: Duration of the path that it stands for [s].
-        lost: What else is not as the path says, each a clause.
-        scene: Of the path.
+    `told` is the duration of the path that it stands for [s], `lost` what else is not as the path says, each a clause.
     """
     flight = Flight.of(mission, told)
     if len(flight.speeds) < 2:

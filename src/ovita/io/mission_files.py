@@ -16,7 +16,7 @@ from ovita.io.geodesy import Home
 from ovita.io.json_ import check_values, parse_object
 from ovita.io.json_ import dumps as json_dumps
 from ovita.io.mission_checks import remarks
-from ovita.io.missions import DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, mission_from, numbered, task_of
+from ovita.io.missions import DEFAULT_SPEED, GLOBAL, WAYPOINT, Item, Mission, home_of, mission_from, numbered, task_of
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -45,7 +45,7 @@ def parse_plan(content: str, file: str, home: Home | None = None, heading: float
     check_values(document, file)
     if document.get("fileType") != "Plan":
         raise FormatError(file, f"is {show(document.get('fileType'))}, expected 'Plan'", key="fileType")
-    mission = document.get("mission")
+    mission, verdict = document.get("mission"), document.pop(VERDICT, "")
     if not isinstance(mission, Mapping) or not isinstance(mission.get("items"), list):
         raise FormatError(file, "there is no mission with a list of items; save the plan again")
     speed_key = "hoverSpeed" if mission.get("vehicleType", _MULTIROTOR) == _MULTIROTOR else "cruiseSpeed"
@@ -53,13 +53,11 @@ def parse_plan(content: str, file: str, home: Home | None = None, heading: float
     if speed <= 0:
         raise FormatError(file, f"is {speed:g}, expected a speed > 0 m/s", key=f"mission.{speed_key}")
     items = tuple(_plan_item(item, i, file) for i, item in enumerate(mission["items"]))
-    verdict = document.get(VERDICT)
-    rest = {**{k: v for k, v in document.items() if k != VERDICT}, "mission": {**mission, "items": []}}
     with errors_of(file):
         place = replace(home or _home(mission, file), heading=heading)
-        read = Mission(place, items, None, speed, rest)
+        read = Mission(place, items, None, speed, {**document, "mission": {**mission, "items": []}})
         task = task_of(read, file, f"{speed_key} ")
-    return replace(task, verdict=verdict) if isinstance(verdict, str) else task
+    return replace(task, verdict=verdict if isinstance(verdict, str) else "")
 
 
 def dumps(
@@ -125,15 +123,8 @@ def _item_dict(item: Item, jump: int) -> dict[str, Any]:
         moved = _WITH_ALTITUDE in raw and raw["params"][6] != params[6]
         return {**raw, **(height if moved else {}), "params": kept}
     mode = {0: 2, 5: 2, 3: 1, 6: 1}.get(item.frame)
-    return {
-        "type": "SimpleItem",
-        "command": item.command,
-        "frame": item.frame,
-        "autoContinue": item.autocontinue,
-        "doJumpId": jump,
-        **({} if mode is None else {**height, "AltitudeMode": mode}),
-        "params": params,
-    }
+    fresh = {"type": "SimpleItem", "command": item.command, "frame": item.frame, "autoContinue": item.autocontinue}
+    return {**fresh, "doJumpId": jump, **({**height, "AltitudeMode": mode} if mode else {}), "params": params}
 
 
 MAGIC = "QGC WPL"
@@ -151,19 +142,12 @@ def parse_wpl(content: str, file: str, home: Home | None = None, heading: float 
     has_home = bool(items) and items[0].command == WAYPOINT and items[0].frame == GLOBAL
     listed = items.pop(0) if has_home else None
     with errors_of(file):
-        home = home or _home_of(listed)
+        home = home or home_of(listed)
         if home is None:
             problem = "there is no home position (item 0); say where it is: --home latitude,longitude,altitude"
             raise FormatError(file, problem)
         about = replace(home, heading=heading)
         return task_of(Mission(about, tuple(items), listed, DEFAULT_SPEED, {"format": "wpl"}), file)
-
-
-def _home_of(listed: Item | None) -> Home | None:
-    latitude, longitude, altitude = listed.params[4:] if listed else (None, None, None)
-    if latitude is None or longitude is None or latitude == longitude == 0.0:
-        return None
-    return Home(latitude, longitude, altitude)
 
 
 def dumps_wpl(mission: Mission) -> str:
@@ -189,8 +173,8 @@ def _wpl_item(cells: list[str], line: int, file: str) -> Item:
     values = [number for number in numbers if number is not None]
     if len(values) < _COLUMNS:
         raise FormatError(file, f"line {line}: {show(cells[numbers.index(None)])} is not a number")
-    seq, _, frame, command, *params, autocontinue = values
-    if not all(values[k].is_integer() for k in (0, 1, 2, 3, 11)):
+    seq, current, frame, command, *params, autocontinue = values
+    if not all(map(float.is_integer, (seq, current, frame, command, autocontinue))):
         raise FormatError(file, f"line {line}: index, current, frame, command and autocontinue are whole numbers")
     if any(abs(v) > LARGEST for v in params):
         raise FormatError(file, f"line {line} holds a number beyond the largest magnitude {LARGEST:g}")

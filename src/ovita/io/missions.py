@@ -126,15 +126,19 @@ def numbered(mission: Mission, *, with_home: bool) -> list[Item]:
             problem = f"item {i + 1} is a pattern ({kind}) that only QGroundControl unfolds; write a .plan"
             raise TrajectoryError(problem)
     if with_home:
-        items.insert(0, _listed_home(mission))
+        h, listed = mission.home, mission.home_item
+        home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.height))
+        items.insert(0, listed if listed is not None and listed.params[4:] == home.params[4:] else home)
     places = {i: seq for seq, item in enumerate(items) for i in item.ids}
     return [_renumbered(item, places) for item in items]
 
 
-def _listed_home(mission: Mission) -> Item:
-    h, listed = mission.home, mission.home_item
-    home = Item(WAYPOINT, GLOBAL, (0.0, 0.0, 0.0, 0.0, h.latitude, h.longitude, h.height))
-    return listed if listed is not None and listed.params[4:] == home.params[4:] else home
+def home_of(listed: Item | None) -> Home | None:
+    """The home in the item that some files and vehicles list first, or None where it says none."""
+    latitude, longitude, altitude = listed.params[4:] if listed else (None, None, None)
+    if latitude is None or longitude is None or latitude == longitude == 0.0:
+        return None
+    return Home(latitude, longitude, altitude)
 
 
 def _renumbered(item: Item, places: Mapping[int, int]) -> Item:
@@ -314,13 +318,14 @@ def _check(item: Item, i: int) -> None:
     if item.frame in _TERRAIN or (item.raw or {}).get("AltitudeMode") in (3, 4):
         remedy = "set heights above home or above sea level in the ground station"
         raise TrajectoryError(f"{what} is at a height above the terrain, of which ovita has no map; {remedy}")
-    if item.frame not in (*_ABOVE_SEA, *_ABOVE_HOME, _LOCAL_NED, _LOCAL_ENU):
+    on_earth = item.frame in (*_ABOVE_SEA, *_ABOVE_HOME)
+    if not on_earth and item.frame not in (_LOCAL_NED, _LOCAL_ENU):
         known = "0 and 5 (above sea level), 3 and 6 (above home), 1 and 4 (local)"
         raise TrajectoryError(f"{what} has the frame {item.frame}; known are {known}")
-    if any(value is None for value in item.params[4:]):
+    latitude, longitude, altitude = item.params[4:]
+    if latitude is None or longitude is None or altitude is None:
         raise TrajectoryError(f"{what} has no position; give latitude, longitude and altitude")
-    latitude, longitude = item.params[4] or 0.0, item.params[5] or 0.0
-    if item.frame not in (_LOCAL_NED, _LOCAL_ENU) and (abs(latitude) > 90 or abs(longitude) > 180):
+    if on_earth and (abs(latitude) > 90 or abs(longitude) > 180):
         raise TrajectoryError(f"{what} is at {latitude:g}, {longitude:g}, which is no place on earth")
 
 
@@ -469,9 +474,9 @@ def _matched(old: Sequence[MissionWaypoint], new: Sequence[MissionWaypoint]) -> 
     last, place = len(new) - 1, -1
     for k in range(len(old)):
         lowest = min(place + 1, last)
-        ahead = next((same[i] for i in range(k, len(old)) if i in same), len(new))
+        ahead = min((at for i, at in same.items() if i >= k), default=len(new))
         if k in same or lowest >= ahead:
-            place = min(same.get(k, ahead), last)
+            place = min(ahead, last)
         else:
             place = lowest + int(np.argmin(np.abs(now[lowest:ahead] - was[k])))
         places.append(place)

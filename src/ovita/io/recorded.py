@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,10 @@ class StampedMessage:
 
 @dataclass(frozen=True, eq=False)
 class PoseSeries:
-    """Poses over time: stamps (N,) [ns], positions (N, 3) [m], quaternions (N, 4) wxyz or None, and their frames."""
+    """Poses over time: stamps (N,) [ns], positions (N, 3) [m], quaternions (N, 4) wxyz or None, and their frames.
+
+    The states of J joints are told so, too: positions (N, J) [rad or m].
+    """
 
     stamps: NDArray[np.int64]
     positions: Array
@@ -60,16 +64,18 @@ class PoseSeries:
     child: str
     notes: tuple[str, ...] = ()
 
+    @property
+    def times(self) -> Array:
+        """Times (N,) from the first stamp on [s]."""
+        return np.asarray((self.stamps - self.stamps[0]) / 1e9)
+
 
 def path_of(
     kind: str, samples: Sequence[StampedMessage], choices: Choices = NONE
 ) -> tuple[Trajectory, str, str, tuple[str, ...]]:
     """The path of a recording, its frame_id, the frame or body that moves, and notes.
 
-    Args:
-        kind: The type of the messages, of `RECORDED`.
-        samples: All messages.
-        choices: Which transforms are meant, which part is wanted, and whether every pose is, as it was recorded.
+    The choices say which transforms are meant, which part is wanted, and whether every pose is, as it was recorded.
 
     Raises:
         TrajectoryError: If there are too few samples, they are in different frames, or nothing moves.
@@ -81,9 +87,8 @@ def path_of(
         series = _of_poses(samples, _PLACES[kind])
     series = _usable(series)
     notes = list(series.notes)
-    inside = choices.during((series.stamps - series.stamps[0]) / 1e9)
-    series = _picked(series, inside, notes, "lie outside the time that was asked for")
-    times = (series.stamps - series.stamps[0]) / 1e9
+    series = _picked(series, choices.during(series.times), notes, "lie outside the time that was asked for")
+    times = series.times
     if choices.raw or len(times) < FEWEST:
         kept, _ = from_columns(pose_columns(series.positions, series.turns) | {"t": times}, key="poses", timestep=None)
         return kept, series.frame_id, series.child, tuple(notes)
@@ -114,9 +119,7 @@ def looks_recorded(times: Array, positions: Array) -> bool:
 def _of_poses(samples: Sequence[StampedMessage], fields: Sequence[str]) -> PoseSeries:
     rows, turns, frames, children = [], [], Counter[str](), Counter[str]()
     for sample in samples:
-        place = sample.message
-        for field in fields:
-            place = getattr(place, field)
+        place = reduce(getattr, fields, sample.message)
         position = getattr(place, "position", place)
         turn = getattr(place, "orientation", None)
         rows.append((position.x, position.y, position.z))
@@ -152,7 +155,7 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
         edges.setdefault(edge, set()).add((place.x, place.y, place.z))
     parent, child = _frames(edges, frames)
     below = _moved_by(child, edges)
-    tree, stamps, rows, turns, logged = Transforms(), [], [], [], []
+    tree, times, rows, turns = Transforms(), [], [], []
     for at, one in flat:
         tree.add([one])
         found = tree.between(child, parent) if named(one.child_frame_id) == below else None
@@ -161,12 +164,11 @@ def _of_transforms(samples: Sequence[StampedMessage], frames: str | None, *, sin
             unset = turn.w == turn.x == turn.y == turn.z == 0
             rows.append(found[0][:3, 3])
             turns.append(np.zeros(4) if unset else quaternion(found[0][:3, :3]))
-            stamps.append(stamp_ns(one.header.stamp))
-            logged.append(at)
-    several = len(edges) > 1
-    notes = (f"the path of {child} in {parent}, by the transforms between them",) if several else ()
-    own = np.array(stamps if len(set(stamps)) > 1 else logged, dtype=np.int64)
-    return PoseSeries(own, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
+            times.append((stamp_ns(one.header.stamp), at))
+    notes = (f"the path of {child} in {parent}, by the transforms between them",) if len(edges) > 1 else ()
+    own, logged = np.array(times, dtype=np.int64).reshape(-1, 2).T
+    stamps = own if len(set(own.tolist())) > 1 else logged
+    return PoseSeries(stamps, np.array(rows).reshape(-1, 3), np.array(turns).reshape(-1, 4), parent, child, notes)
 
 
 def _moved_by(frame: str, edges: dict[tuple[str, str], set[Any]]) -> str:
@@ -185,11 +187,9 @@ def _frames(edges: dict[tuple[str, str], set[Any]], wanted: str | None) -> tuple
     there = listing(f"{parent}:{child}" for parent, child in sorted(moving))
     if wanted is not None:
         parent, _, child = wanted.partition(":")
-        if parent not in known or child not in known or parent == child:
-            frames = listing(sorted(known))
-            raise RequestError(
-                f"{wanted!r} names no two frames of this recording as FIXED:MOVING; its frames are {frames}"
-            )
+        if not {parent, child} <= known or parent == child:
+            problem = f"{wanted!r} names no two frames of this recording as FIXED:MOVING"
+            raise RequestError(f"{problem}; its frames are {listing(sorted(known))}")
         return parent, child
     if not moving:
         raise TrajectoryError(f"holds no frame that moves, only {listing(sorted(known))}", key="transforms")
@@ -208,17 +208,15 @@ def _usable(series: PoseSeries) -> PoseSeries:
     order = np.argsort(series.stamps, kind="stable")
     late = int((np.diff(series.stamps) < 0).sum())
     if late:
-        notes.append(
-            f"{late} of {count} samples are stamped before the one that came before them; put in order of time"
-        )
+        odd = f"{late} of {count} samples are stamped before the one that came before them"
+        notes.append(f"{odd}; put in order of time")
         series = _taken(series, order)
-    fresh = np.concatenate([[True], np.diff(series.stamps) > 0]) if len(series.stamps) else finite[:0]
+    fresh = np.diff(series.stamps, prepend=series.stamps[:1] - 1) > 0
     series = _picked(series, fresh, notes, "repeat the stamp before them")
     series = _turned(series, notes)
     if len(series.stamps) < 2:
-        raise TrajectoryError(
-            f"has {len(series.stamps)} usable of {count} samples; a path needs at least 2", key="poses"
-        )
+        problem = f"has {len(series.stamps)} usable of {count} samples; a path needs at least 2"
+        raise TrajectoryError(problem, key="poses")
     return replace(series, notes=tuple(notes))
 
 
@@ -237,9 +235,8 @@ def _turned(series: PoseSeries, notes: list[str]) -> PoseSeries:
 def _picked(series: PoseSeries, mask: Mask, notes: list[str], why: str) -> PoseSeries:
     if mask.all():
         return series
-    notes.append(
-        f"left out {int((~mask).sum())} of {len(mask)} samples, which {why}; the first is sample {int(np.argmin(mask))}"
-    )
+    left = f"left out {int((~mask).sum())} of {len(mask)} samples, which {why}"
+    notes.append(f"{left}; the first is sample {int(np.argmin(mask))}")
     return _taken(series, np.flatnonzero(mask))
 
 
@@ -271,11 +268,7 @@ def joints_of(samples: Iterable[StampedMessage], choices: Choices = NONE) -> tup
         problem = f"holds {len(chosen[i].message.position)} positions for {len(names)} joints"
         raise TrajectoryError(problem, key="position", index=i)
     table = np.array([np.asarray(sample.message.position, dtype=float) for sample in chosen])
-    wide = np.zeros((len(table), 3))
-    kept = _usable(PoseSeries(stamps, np.where(np.isfinite(table).all(axis=1)[:, None], wide, np.nan), None, "", ""))
-    kept = _taken(kept, np.flatnonzero(choices.during((kept.stamps - kept.stamps[0]) / 1e9)))
-    index = np.searchsorted(np.sort(stamps), kept.stamps)
-    rows = table[np.argsort(stamps, kind="stable")][index]
+    kept = _usable(PoseSeries(stamps, table, None, "", ""))
+    kept = _taken(kept, np.flatnonzero(choices.during(kept.times)))
     frame = frame_of(str(chosen[0].message.header.frame_id))
-    motion = JointMotion(names, rows, (kept.stamps - kept.stamps[0]) / 1e9, frame=frame)
-    return motion, (*notes, *said, *kept.notes)
+    return JointMotion(names, kept.positions, kept.times, frame=frame), (*notes, *said, *kept.notes)

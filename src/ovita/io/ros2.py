@@ -92,7 +92,7 @@ def receive(address: Address, choices: Choices) -> Task:
             task = recorded_task(name, came, choices, topic=address.target)
         else:
             task = task_of(kinds[name], came[0].message, choices, topic=address.target)
-        return replace(task, path=str(address))
+    return replace(task, path=str(address))
 
 
 def receive_joints(address: Address, choices: Choices = NONE) -> tuple[JointMotion, tuple[str, ...]]:
@@ -157,10 +157,8 @@ def capture(
 ) -> tuple[TopicMessage, ...]:
     """Listen to several topics until there is enough, or the address's time is up.
 
-    Args:
-        address: Its topic must be published; the rest are those that go with it.
-        choose: Picks the topics to listen to from all that are published, with their types.
-        enough: Whether what came so far will do.
+    The address's topic must be published; `choose` picks the topics to listen to from all that are, with their types,
+    and `enough` says whether what came so far will do.
 
     Raises:
         LinkError: If nobody publishes the address's topic.
@@ -200,17 +198,13 @@ def topics(address: Address) -> list[TopicRow]:
     with joined(address) as bus:
         wait(lambda: False, address.timeout, bus.rest)
         published, heard = bus.others(publishing=True), bus.others(publishing=False)
-    names = sorted({endpoint.topic for endpoint in (*published, *heard)})
-    return [
-        TopicRow(
-            name,
-            tuple(sorted({e.type for e in (*published, *heard) if e.topic == name})),
-            sum(e.topic == name for e in published),
-            sum(e.topic == name for e in heard),
-            listing(sorted({_words(e.way) for e in published if e.topic == name})),
-        )
-        for name in names
-    ]
+
+    def row(name: str) -> TopicRow:
+        offers, asks = ([e for e in there if e.topic == name] for there in (published, heard))
+        ways = listing(sorted({_words(e.way) for e in offers}))
+        return TopicRow(name, tuple(_types([*offers, *asks], name)), len(offers), len(asks), ways)
+
+    return [row(name) for name in sorted({endpoint.topic for endpoint in (*published, *heard)})]
 
 
 def _words(way: Way) -> str:

@@ -24,7 +24,7 @@ from ovita.errors import LinkError
 from ovita.io.documents import NONE, Choices
 from ovita.io.geodesy import on_earth
 from ovita.io.links import Address
-from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle
+from ovita.io.mavlink import ARDUPILOT, RESEND, RETRIES, Vehicle, command_long
 from ovita.paths.robot import Robot
 from ovita.paths.scene import RFU, Frame, Scene, transformed
 from ovita.paths.trajectory import Array, Trajectory
@@ -85,7 +85,6 @@ class Course:
         path: In metres north, east, down.
         to_scene: From there to the scene's frame (3, 3).
         robot: Whose workspace is the fence, in the scene's frame.
-        rate: Setpoints a second.
     """
 
     path: Trajectory
@@ -187,8 +186,7 @@ class Pilot:
 
     def _get_ready(self, takeoff: bool) -> None:
         """Learn where the vehicle is, and check that it may start; nothing was commanded until here."""
-        interval = 1e6 / self.course.rate
-        request = self._command_long(_INTERVAL, float(_POSITION_ID), interval)
+        request = command_long(self.vehicle, _INTERVAL, _POSITION_ID, 1e6 / self.course.rate)
         end = self.vehicle.now() + self.vehicle.address.timeout
         while self._place is None or self._mode < 0:
             if self.vehicle.now() > end:
@@ -216,7 +214,7 @@ class Pilot:
         self._asked = True
         self._switch("fly")
         self._led = True
-        self._command(self._command_long(_ARM, 1.0), lambda: self._armed > 0, "arming")
+        self._command(command_long(self.vehicle, _ARM, 1.0), lambda: self._armed > 0, "arming")
         if takeoff:
             self._climb()
 
@@ -227,7 +225,7 @@ class Pilot:
         if height <= _SETTLED:
             return
         if self.vehicle.autopilot == ARDUPILOT:
-            self.vehicle.send(self._command_long(_TAKEOFF, 0, 0, 0, 0, 0, 0, height))
+            self.vehicle.send(command_long(self.vehicle, _TAKEOFF, 0, 0, 0, 0, 0, 0, height))
         began, lasts = self.vehicle.now(), height / CLIMB
         while self.vehicle.now() < began + lasts + 2.0 * SILENCE:
             share = min((self.vehicle.now() - began) / lasts, 1.0)
@@ -324,7 +322,9 @@ class Pilot:
         main, sub = _MODES[self.vehicle.autopilot][mode]
         wanted = self._number(mode)
         name = {"fly": "OFFBOARD" if self.vehicle.autopilot == _PX4 else "GUIDED"}.get(mode, mode.upper())
-        self._command(self._command_long(_SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}")
+        self._command(
+            command_long(self.vehicle, _SET_MODE, 1.0, main, sub), lambda: self._mode == wanted, f"the mode {name}"
+        )
 
     def _number(self, mode: str) -> int:
         """How a heartbeat gives a mode."""
@@ -347,8 +347,3 @@ class Pilot:
                     entry = self.vehicle.dialect.enums["MAV_RESULT"].get(result)
                     raise LinkError(f"the vehicle refused {what} ({entry.name if entry else result})")
         raise LinkError(f"the vehicle did not take {what}")
-
-    def _command_long(self, command: int, *params: float) -> Any:
-        values = [float(value) for value in params] + [0.0] * (7 - len(params))
-        target = self.vehicle.system, self.vehicle.component
-        return self.vehicle.dialect.MAVLink_command_long_message(*target, command, 0, *values)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import base64
 import binascii
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any
@@ -69,12 +69,8 @@ def make_keys(name: str) -> tuple[str, str]:
 def signed(document: Mapping[str, Any], key_file: str) -> dict[str, Any]:
     """A result's document with a signature by a private key."""
     _, serialization, private_type, _ = _cryptography()
-    try:
-        key = serialization.load_pem_private_key(read_text(key_file).encode(), None)
-    except (ValueError, TypeError):
-        key = None
-    if not isinstance(key, private_type):
-        raise FormatError(file_name(key_file), "is no private Ed25519 key without a password; see ovita gate key")
+    problem = "is no private Ed25519 key without a password; see ovita gate key"
+    key = _read_key(key_file, lambda pem: serialization.load_pem_private_key(pem, None), private_type, problem)
     value = base64.b64encode(key.sign(_PREFIX + seal(document).encode())).decode()
     return {**document, SIGNATURE: {"signer": _fingerprint(key.public_key()), "ed25519": value}}
 
@@ -88,8 +84,9 @@ def checked(document: Mapping[str, Any], key_files: Sequence[str]) -> SignatureC
     """
     if not key_files:
         raise RequestError("there is no key to verify a signature with")
-    invalid, _, _, _ = _cryptography()
-    keys = [_public(file) for file in key_files]
+    invalid, serialization, _, public_type = _cryptography()
+    problem = "is no public Ed25519 key; nothing is trusted without it"
+    keys = [_read_key(file, serialization.load_pem_public_key, public_type, problem) for file in key_files]
     given = document.get(SIGNATURE)
     if given is None:
         return SignatureCheck("", "It is not signed, and only signed results are trusted here; see ovita gate sign.")
@@ -106,14 +103,14 @@ def checked(document: Mapping[str, Any], key_files: Sequence[str]) -> SignatureC
     return SignatureCheck("", "None of the trusted keys signed it as it is now.")
 
 
-def _public(file: str) -> Any:
-    _, serialization, _, public_type = _cryptography()
+def _read_key(file: str, load: Callable[[bytes], Any], kind: type[Any], problem: str) -> Any:
+    """A key in a file, loaded as a kind of key; what is another or none is the problem."""
     try:
-        key = serialization.load_pem_public_key(read_text(file).encode())
-    except ValueError:
+        key = load(read_text(file).encode())
+    except (ValueError, TypeError):
         key = None
-    if not isinstance(key, public_type):
-        raise FormatError(file_name(file), "is no public Ed25519 key; nothing is trusted without it")
+    if not isinstance(key, kind):
+        raise FormatError(file_name(file), problem)
     return key
 
 

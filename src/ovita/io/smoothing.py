@@ -49,7 +49,6 @@ class Smoothed:
     """A recording as a trajectory.
 
     Args:
-        trajectory: Its waypoints.
         noise: Standard deviation of the recorded coordinates [m].
         off: Largest distance between the smoothed samples and the waypoints' polyline [m].
         still: How long the robot stands, each time [s].
@@ -71,10 +70,7 @@ def noise_of(positions: Array) -> float:
 def smoothed(times: Array, positions: Array, turns: Array | None = None) -> Smoothed:
     """A recorded motion as a trajectory, by the method above.
 
-    Args:
-        times: (N,) [s], strictly increasing, N >= `FEWEST`.
-        positions: (N, 3) [m].
-        turns: Unit quaternions (N, 4) wxyz, or None.
+    Times (N,) [s] increase strictly, N >= `FEWEST`; positions are (N, 3) [m], turns unit quaternions (N, 4) wxyz.
 
     Raises:
         TrajectoryError: If it does not move.
@@ -89,9 +85,8 @@ def smoothed(times: Array, positions: Array, turns: Array | None = None) -> Smoo
         raise TrajectoryError(f"stands still: it moves by no more than its noise of {noise * 1e3:.2g} mm", key="poses")
     still = _still(even, step, noise)
     if still.all():
-        raise TrajectoryError(
-            f"moves too little or too slowly to be told from its noise of {noise * 1e3:.2g} mm", key="poses"
-        )
+        problem = f"moves too little or too slowly to be told from its noise of {noise * 1e3:.2g} mm"
+        raise TrajectoryError(problem, key="poses")
     pieces = list(_pieces(even, still, step, noise))
     pieces[0].places[0], pieces[-1].places[-1] = positions[0], positions[-1]
     return _assembled(pieces, grid, step, noise, _mean_turns(times, turns, grid))
@@ -167,27 +162,21 @@ def _stretches(mask: Mask) -> list[tuple[int, int]]:
 
 def _pieces(even: Array, still: Mask, step: float, noise: float) -> Iterator[_Piece]:
     """Motions and standstills in turn; a motion begins and ends where the robot stands before and after it."""
-    rests = _stretches(still)
-    places = [even[a:b].mean(axis=0) for a, b in rests]
-    moves = [(a, b) for a, b in _stretches(~still)]
-    for first, end, rest in sorted([(a, b, True) for a, b in rests] + [(a, b, False) for a, b in moves]):
-        if rest:
-            yield _Piece(
-                first, np.tile(places[rests.index((first, end))], (end - first, 1)), np.zeros(end - first), True
-            )
+    rests = {(a, b): even[a:b].mean(axis=0) for a, b in _stretches(still)}
+    before, behind = ({span[side]: place for span, place in rests.items()} for side in (1, 0))
+    for first, end in sorted([*rests, *_stretches(~still)]):
+        if (first, end) in rests:
+            yield _Piece(first, np.tile(rests[first, end], (end - first, 1)), np.zeros(end - first), True)
             continue
-        start, stop = max(first - 1, 0), min(end + 1, len(even))
-        values = even[start:stop].copy()
-        for k, (a, b) in enumerate(rests):
-            if b == first:
-                values[0] = places[k]
-            if a == end:
-                values[-1] = places[k]
+        start = max(first - 1, 0)
+        values = even[start : end + 1].copy()
+        ends = [(side, place) for side, place in ((0, before.get(first)), (-1, behind.get(end))) if place is not None]
+        for side, place in ends:
+            values[side] = place
         smooth, velocity = _fitted(values, step, noise)
         speeds = np.linalg.norm(velocity, axis=1)
-        for side, at_rest in ((0, start < first), (-1, stop > end)):
-            if at_rest:
-                smooth[side], speeds[side] = values[side], 0.0
+        for side, place in ends:
+            smooth[side], speeds[side] = place, 0.0
         yield _Piece(start, smooth, speeds, False)
 
 
@@ -197,9 +186,9 @@ def _fitted(values: Array, step: float, noise: float) -> tuple[Array, Array]:
 
     noise = max(noise, noise_of(values))  # a recording that mostly stands hardly shows the noise of its stamps
     widths = [width for width in _WINDOWS if width <= len(values)]
+    if len(values) < 3:
+        return values, np.tile((values[-1] - values[0]) / (step * max(len(values) - 1, 1)), (len(values), 1))
     if not widths or noise <= 0.0:
-        if len(values) < 3:
-            return values, np.tile((values[-1] - values[0]) / (step * max(len(values) - 1, 1)), (len(values), 1))
         return values, np.gradient(values, step, axis=0)
     risks = []
     for width in widths:
@@ -250,24 +239,23 @@ def _kept(places: Array, speeds: Array, near: float, apart: float) -> tuple[NDAr
 def _assembled(pieces: list[_Piece], grid: Array, step: float, noise: float, turns: Array | None) -> Smoothed:
     """The waypoints of all pieces; a dwell is as many of them as fit its time."""
     total = sum(float(arc_length(piece.places)[-1]) for piece in pieces)
-    moves = {piece.first: _Move.of(piece, step, noise, total) for piece in pieces if not piece.rest}
-    rests = {piece.first: (len(piece.places) - 1) * step for piece in pieces if piece.rest}
-    timestep = _timestep(np.array(list(rests.values())))
+    rests = tuple((len(piece.places) - 1) * step for piece in pieces if piece.rest)
+    timestep, off = _timestep(np.array(rests)), 0.0
     rows: list[Array] = []
     for piece in pieces:
         if piece.rest:
-            count = max(round(rests[piece.first] / timestep), 1) + (not rows)
+            count = max(round((len(piece.places) - 1) * step / timestep), 1) + (not rows)
             place = piece.places[0 if piece is pieces[0] else -1]
             middle = piece.first + len(piece.places) // 2
             rows.append(np.column_stack([np.tile([*place, 0.0], (count, 1)), np.full(count, middle)]))
         else:
-            move = moves[piece.first]
-            chosen = np.column_stack([move.places, move.speeds, piece.first + move.at])
-            rows.append(chosen[1:] if rows else chosen)
+            at, places, speeds, away = _thinned(piece, step, noise, total)
+            off = max(off, away)
+            rows.append(np.column_stack([places, speeds, piece.first + at])[bool(rows) :])
     table = np.concatenate(rows)
     index = np.clip(table[:, 4].astype(int), 0, len(grid) - 1)
     built = Trajectory(table[:, :3], table[:, 3], None if turns is None else turns[index], timestep)
-    return Smoothed(built, noise, max(move.off for move in moves.values()), tuple(rests.values()))
+    return Smoothed(built, noise, off, rests)
 
 
 def _timestep(rests: Array) -> float:
@@ -281,35 +269,26 @@ def _timestep(rests: Array) -> float:
     return float(steps[int(np.argmax(off <= max(0.01, off.min())))])
 
 
-@dataclass(frozen=True, eq=False)
-class _Move:
-    """What is kept of a motion: indices, places (K, 3), speeds (K,), and how far the polyline is off [m]."""
+def _thinned(piece: _Piece, step: float, noise: float, total: float) -> tuple[NDArray[np.intp], Array, Array, float]:
+    """What is kept of a motion: indices, places (K, 3), speeds (K,), and how far the polyline is off [m].
 
-    at: NDArray[np.intp]
-    places: Array
-    speeds: Array
-    off: float
-
-    @classmethod
-    def of(cls, piece: _Piece, step: float, noise: float, total: float) -> _Move:
-        """Thin a motion of a recording that is `total` [m] long.
-
-        Waypoints go along the path to where their speeds bring the robot by then, so that each is passed in time.
-        """
-        at, off = _kept(piece.places, piece.speeds, max(noise, _FINEST), total / _SPANS)
-        dt = np.diff(at) * step
-        places = piece.places[at]
+    The recording is `total` [m] long. Waypoints go along the path to where their speeds bring the robot by then, so
+    that each is passed in time.
+    """
+    at, off = _kept(piece.places, piece.speeds, max(noise, _FINEST), total / _SPANS)
+    dt = np.diff(at) * step
+    places = piece.places[at]
+    along = arc_length(places)
+    speeds = np.maximum(piece.speeds[at], _SLOWEST * (float(piece.speeds.max()) or along[-1] / dt.sum()))
+    for side in (0, -1):
+        if len(at) > 2 and piece.speeds[side] == 0.0:
+            speeds[side] = 0.0
+    due = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2.0 * dt)])
+    for _ in range(_PASSES):  # each cuts corners of the polyline a little
         along = arc_length(places)
-        speeds = np.maximum(piece.speeds[at], _SLOWEST * (float(piece.speeds.max()) or along[-1] / dt.sum()))
-        for side in (0, -1):
-            if len(at) > 2 and piece.speeds[side] == 0.0:
-                speeds[side] = 0.0
-        due = np.concatenate([[0.0], np.cumsum((speeds[1:] + speeds[:-1]) / 2.0 * dt)])
-        for _ in range(_PASSES):  # each cuts corners of the polyline a little
-            along = arc_length(places)
-            places = interpolate(places, np.interp(due * (along[-1] / due[-1]), along, np.arange(len(along))))
-        places[[0, -1]] = piece.places[[0, -1]]
-        return cls(at, places, speeds * (arc_length(places)[-1] / due[-1]), off)
+        places = interpolate(places, np.interp(due * (along[-1] / due[-1]), along, np.arange(len(along))))
+    places[[0, -1]] = piece.places[[0, -1]]
+    return at, places, speeds * (arc_length(places)[-1] / due[-1]), off
 
 
 def _mean_turns(times: Array, turns: Array | None, grid: Array) -> Array | None:

@@ -6,6 +6,7 @@ import csv
 import io
 import re
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -88,21 +89,18 @@ def _verdict(comments: str) -> str:
 
 def _with_header(content: str) -> tuple[str, tuple[str, ...]]:
     """The text with a pose header inserted if it starts with seven numbers."""
-    offset, first = 0, ""
-    for line in content.splitlines(keepends=True):
-        if line.strip() and not line.lstrip().startswith("#"):
-            first = line
-            break
-        offset += len(line)
+    lines = content.splitlines(keepends=True) or [""]
+    start = next((i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), 0)
+    first = lines[start]
     delimiter = max(_DELIMITERS, key=first.count)
     try:
-        bare = len([float(cell) for cell in first.split(delimiter)]) == len(_POSE)
+        bare = len(list(map(float, first.split(delimiter)))) == len(_POSE)
     except ValueError:
         bare = False
     if not bare:
         return content, ()
     note = "there is no header; the seven columns were read as x, y, z, qx, qy, qz, qw"
-    return content[:offset] + delimiter.join(_POSE) + "\n" + content[offset:], (note,)
+    return "".join([*lines[:start], delimiter.join(_POSE) + "\n", *lines[start:]]), (note,)
 
 
 def _rows(reader: Any, first_line: int) -> list[tuple[list[str], int]]:
@@ -160,26 +158,24 @@ def _columns(rows: list[tuple[list[str], int]], names: list[str], file: str) -> 
         if len(row) != len(names):
             problem = f"holds {len(row)} values where the header names {len(names)} (line {line})"
             raise FormatError(file, problem, key="row", index=i)
-    columns: dict[str, Array] = {}
-    for j, name in enumerate(names):
-        if name in COLUMNS or name == "t":
-            columns[name] = _column([row[j] for row, _ in rows], name, [line for _, line in rows], file)
-        else:
-            columns[name] = np.zeros(len(rows))
-    return columns
+    cells, lines = zip(*(row for row, _ in rows), strict=True), [line for _, line in rows]
+    known = (*COLUMNS, "t")
+    return {
+        name: _column(column, name, lines, file) if name in known else np.zeros(len(rows))
+        for name, column in zip(names, cells, strict=True)
+    }
 
 
-def _column(cells: list[str], name: str, lines: list[int], file: str) -> Array:
+def _column(cells: Sequence[str], name: str, lines: Sequence[int], file: str) -> Array:
     try:
         column = np.array(list(map(float, cells)))
     except ValueError:
         column = np.full(len(cells), np.nan)
     if (np.abs(column) <= LARGEST).all() and not any("_" in cell for cell in cells):
         return column
-    for i, (cell, line) in enumerate(zip(cells, lines, strict=True)):
-        problem = _cell_problem(cell)
+    for i, problem in enumerate(map(_cell_problem, cells)):
         if problem:
-            raise FormatError(file, f"{problem} (line {line})", key=name, index=i)
+            raise FormatError(file, f"{problem} (line {lines[i]})", key=name, index=i)
     return column
 
 
@@ -230,11 +226,9 @@ def dumps_tum(trajectory: Trajectory, start: float = 0.0, verdict: str = "") -> 
 
 def looks_like_tum(content: str) -> bool:
     """Whether the first line that is no comment is eight numbers separated by blanks."""
-    for line in content.splitlines():
-        cells = line.split("#", 1)[0].split()
-        if cells:
-            return len(cells) == len(_NAMES) and cell_number(cells[0]) is not None
-    return False
+    lines = (line.split("#", 1)[0].split() for line in content.splitlines())
+    first = next(filter(None, lines), [])
+    return len(first) == len(_NAMES) and cell_number(first[0]) is not None
 
 
 def _row(cells: list[str], line: int, file: str) -> Array:

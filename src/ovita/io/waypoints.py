@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.errors import FormatError, TrajectoryError
 from ovita.io.documents import LARGEST, Choices, Number, Table, listing, number_problem, read_by, show, validated
-from ovita.paths.geometry import Mask
+from ovita.paths.geometry import Mask, runs
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, first_bad, interpolate
 
 DEFAULT_SPEED = 0.1
@@ -58,13 +58,9 @@ def read_rows(
         raise TrajectoryError(f"is {show(rows)}, expected a list of rows [x, y, z, speed]", key=key)
     if not rows:
         raise TrajectoryError("is empty; give at least 2 rows [x, y, z, speed]", key=key)
-    first = rows[0]
-    if isinstance(first, Mapping):
-        names, lists = _of_dicts(rows, key)
-    elif isinstance(first, (list, tuple)):
-        names, lists = _of_lists(rows, key)
-    else:
-        raise TrajectoryError(f"is {show(first)}, expected a row [x, y, z, speed]", key=key, index=0)
+    if not isinstance(rows[0], (Mapping, list, tuple)):
+        raise TrajectoryError(f"is {show(rows[0])}, expected a row [x, y, z, speed]", key=key, index=0)
+    names, lists = (_of_dicts if isinstance(rows[0], Mapping) else _of_lists)(rows, key)
     table = _table(lists, names, key)
     return from_columns(dict(zip(names, table.T, strict=True)), key=key, timestep=timestep)
 
@@ -77,9 +73,8 @@ def covariance_rows(rows: object, file: str, count: int) -> Array:
     """The covariances of positions that a file holds beside its waypoints: rows xx, xy, xz, yy, yz, zz (N, 6) [m2]."""
     values = validated(list[list[Number]], rows, file, "covariance")
     if len(values) != count or any(len(row) != 6 for row in values):
-        raise FormatError(
-            file, f"is no list of {count} rows xx, xy, xz, yy, yz, zz; generate it anew", key="covariance"
-        )
+        problem = f"is no list of {count} rows xx, xy, xz, yy, yz, zz; generate it anew"
+        raise FormatError(file, problem, key="covariance")
     return np.array(values)
 
 
@@ -117,15 +112,15 @@ def from_columns(
 
 def _check_complete(columns: Mapping[str, Array], key: str | None) -> None:
     """Refuse columns that lack a coordinate or a part of the quaternion, or hold what is not finite."""
-    missing = [name for name in COLUMNS[:3] if name not in columns]
+    known = [name for name in _KNOWN if name in columns]
+    missing = [name for name in COLUMNS[:3] if name not in known]
     if missing:
         raise TrajectoryError(f"has no {', '.join(missing)}, only {listing(columns)}; x, y and z are needed", key=key)
-    turns = [name for name in _QUATERNION if name in columns]
-    if turns and len(turns) < 4:
+    turns = [name for name in known if name in _QUATERNION]
+    if 0 < len(turns) < 4:
         problem = f"has only {', '.join(turns)} of the quaternion qw, qx, qy, qz; give all or none"
         raise TrajectoryError(problem, key=key)
-    for name in _KNOWN:
-        bad = first_bad(columns[name]) if name in columns else None
+    for name, bad in ((name, first_bad(columns[name])) for name in known):
         if bad is not None:
             raise TrajectoryError(f"{name} is {columns[name][bad]}, not a finite number", key=key or name, index=bad)
 
@@ -248,7 +243,7 @@ _ROUNDS = 50
 
 
 def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[Array, float, tuple[str, ...]]:
-    """Find speeds with which a trajectory reaches its waypoints at given times.
+    """Find speeds with which a trajectory reaches its waypoints (N, 3) [m] at given times (N,) [s], which increase.
 
     Times that came from a trajectory give its speeds back, see `chained_speeds`. For others the time law
     v_i + v_i+1 = 2 ds_i / dt_i, a chain, would turn noise into oscillation. So their speeds minimise
@@ -257,11 +252,6 @@ def speeds_from_times(positions: Array, times: Array, key: str = "t") -> tuple[A
 
     with the mean speeds m_i = ds_i / dt_i and v >= 0, and are then scaled so that the time spent moving is met
     exactly. A repeated position is a dwell: its speed is 0.
-
-    Args:
-        positions: (N, 3) [m].
-        times: (N,) [s], strictly increasing.
-        key: What a message calls the times.
 
     Returns:
         The speeds (N,) [m/s], the duration of one dwell waypoint [s] (the mean one; the default timestep if there
@@ -329,21 +319,18 @@ def _fit(mean: Array, moving: Mask, rest: Mask) -> Array:
 
 def _without(bands: Array, fixed: Mask) -> Array:
     """The banded matrix with the rows and columns of fixed unknowns replaced by those of the identity."""
-    free = ~fixed
-    reduced = bands.copy()
-    reduced[0] = np.where(fixed, 1.0, bands[0])
+    reduced = np.where(fixed, [[1.0], [0.0], [0.0]], bands)
     for k in (1, 2):
-        reduced[k, :-k] = np.where(free[:-k] & free[k:], bands[k, :-k], 0.0)
+        reduced[k, :-k][fixed[k:]] = 0.0
     return reduced
 
 
 def _rescued(speeds: Array, mean: Array, moving: Mask) -> Array:
     """Give segments that move, but ended up with no speed at either end, their mean speed at both."""
     stuck = np.flatnonzero(moving & (speeds[:-1] + speeds[1:] < 1e-3 * mean))
-    speeds = speeds.copy()
-    for i in stuck:
-        speeds[i + 1] = max(speeds[i + 1], 2.0 * mean[i])
-    return speeds
+    rescued = speeds.copy()
+    rescued[stuck + 1] = np.maximum(speeds[stuck + 1], 2.0 * mean[stuck])
+    return rescued
 
 
 _ROUGHER = 1.7
@@ -359,14 +346,12 @@ def chained_speeds(ds: Array, dt: Array) -> Array | None:
     where the speeds are linear over most waypoints. Times that came from somewhere else make the chain oscillate; if
     its speeds turn negative, the answer is None.
     """
-    moving = ds > 0
     speeds = np.zeros(len(ds) + 1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], moving, [False]]).astype(int)))
-    for first, end in zip(edges[::2], edges[1::2], strict=True):
-        chain = _chain(ds[first:end] / dt[first:end], free=first == 0)
+    for first, last in runs(ds > 0):
+        chain = _chain(ds[first : last + 1] / dt[first : last + 1], free=first == 0)
         if chain is None:
             return None
-        speeds[first : end + 1] = chain
+        speeds[first : last + 2] = chain
     return speeds
 
 

@@ -41,16 +41,10 @@ _COLUMNS = "display:flex;flex-wrap:wrap;gap:16px;align-items:flex-start"
 def card(title: str, verdict: str, sections: Mapping[str, Sequence[str]], picture: Figure | None) -> str:
     """A title, a verdict, lines by heading and a picture, as HTML without scripts, links or styles of its own.
 
-    Args:
-        title: Such as the instruction; this and all other text is escaped.
-        verdict: Shown below the title.
-        sections: Lines by heading; those without lines are left out.
-        picture: Or None where there is none.
+    All text is escaped; headings without lines are left out.
     """
     told = "".join(_section(heading, lines) for heading, lines in sections.items() if lines)
-    image = (
-        "" if picture is None else f'<div><img width="{WIDTH}" alt="before and after" src="{_embedded(picture)}"></div>'
-    )
+    image = _embedded(picture) if picture is not None else ""
     return (
         f'<div style="{_STYLE}"><div><b>{escape(title)}</b></div><div>{escape(verdict)}</div>'
         f'<div style="{_COLUMNS}">{image}<div style="flex:1;min-width:260px">{told}</div></div></div>'
@@ -65,4 +59,5 @@ def _section(heading: str, lines: Sequence[str]) -> str:
 def _embedded(picture: Figure) -> str:
     stream = io.BytesIO()
     picture.savefig(stream, format="png", dpi=100)
-    return "data:image/png;base64," + b64encode(stream.getvalue()).decode()
+    data = b64encode(stream.getvalue()).decode()
+    return f'<div><img width="{WIDTH}" alt="before and after" src="data:image/png;base64,{data}"></div>'

@@ -6,6 +6,7 @@ import html
 import json
 import textwrap
 from collections.abc import Callable, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -65,18 +66,8 @@ def interactive(
     """Return an HTML page with a scene to turn, zoom and point at, and the speeds over time and distance below.
 
     Everything is inside the page; a content security policy forbids it to load anything. Title, notes and names
-    are shown as plain text, whatever they contain.
-
-    Args:
-        original: Before (blue).
-        adapted: After (red).
-        scene: Objects are drawn as cuboids with their names, the frame names the axes.
-        robot: Whose workspace to outline, where it lies in the picture.
-        proposed: The policy's proposal before the limits were enforced (grey, dotted).
-        title: Heading, such as the instruction.
-        notes: Lines listed below, such as the plan or the explanation.
-        view: First look: "3d", "top" (from above), or "auto": from above if the paths lie in one horizontal plane.
-        tube: Covariance of the adapted positions, as in `figure`.
+    are shown as plain text, whatever they contain. Notes are lines listed below, such as the plan or the explanation;
+    the other arguments are those of `figure`.
 
     Raises:
         MissingExtra: If plotly is not installed.
@@ -95,11 +86,9 @@ def interactive(
     if tube is not None:
         rings = geometry.tube(adapted.positions, tube)
         x, y, z = np.moveaxis(rings, 2, 0)
-        pale = [[0.0, COLOURS["tube"]], [1.0, COLOURS["tube"]]]
-        figure.add_trace(
-            go.Surface(x=x, y=y, z=z, colorscale=pale, showscale=False, opacity=0.35, hoverinfo="skip",
-                       name="2 standard deviations", showlegend=True), 1, 1,
-        )  # fmt: skip
+        pale = {"colorscale": [[0.0, COLOURS["tube"]], [1.0, COLOURS["tube"]]], "showscale": False, "opacity": 0.35}
+        told = {"hoverinfo": "skip", "name": "2 standard deviations", "showlegend": True}
+        figure.add_trace(go.Surface(x=x, y=y, z=z, **pale, **told), 1, 1)
     if robot is not None and robot.workspace is not None:
         for i, line in enumerate(geometry.workspace_lines(robot.workspace, shown.lower, shown.upper)):
             style = {"color": COLOURS["workspace"], "width": 1.5}
@@ -108,12 +97,9 @@ def interactive(
     drawing = figure.to_html(full_html=False, include_plotlyjs=True, config=_CONFIG)
     far = html.escape(", ".join(shown.left_out))
     items = "\n".join(f"<li>{html.escape(note)}</li>" for note in notes if note.strip())
-    return _PAGE.format(
-        title=html.escape(title or "Before and after"),
-        figure=drawing,
-        remarks=f"<p>Too far away to be shown: {far}.</p>\n" if far else "",
-        notes=f"<ul>\n{items}\n</ul>" if items else "",
-    )
+    remarks = f"<p>Too far away to be shown: {far}.</p>\n" if far else ""
+    listed = f"<ul>\n{items}\n</ul>" if items else ""
+    return _PAGE.format(title=html.escape(title or "Before and after"), figure=drawing, remarks=remarks, notes=listed)
 
 
 PLAYED = 160
@@ -128,11 +114,7 @@ def playable(
 ) -> dict[str, Any]:
     """Return what a page needs to draw both paths in their scene, the speeds over time below, and to play them.
 
-    Args:
-        original: Before (blue).
-        adapted: After (red).
-        scene: Objects are drawn as cuboids with their names, the frame names the axes.
-        beside: Paths of other pictures of the same scene, so that all show the same part of it, the same way.
+    With the paths of other pictures of the same scene `beside`, all show the same part of it, the same way.
 
     Returns:
         JSON values: "figure" for plotly, "times" (M,) [s], "before" and "after" (M, 4), where the robot is then (x, y,
@@ -146,16 +128,12 @@ def playable(
     )
     shown = _draw(figure, paths, scene, together, "auto", ("time",), _COMPACT)
     times = np.linspace(0.0, max(path.duration for path in paths.values()), PLAYED)
-    played = {word: _played(path, times) for word, path in paths.items()}
+    states = {word: path.at(times) for word, path in paths.items()}
+    played = {word: np.column_stack([at.positions, at.speeds]).round(5) for word, at in states.items()}
     dots = _add_dots(figure, {word: rows[0] for word, rows in played.items()})
     figure.update_layout(autosize=True, margin={"l": 48, "r": 8, "t": 26, "b": 36})
-    return {
-        "figure": json.loads(figure.to_json()),
-        "times": times.tolist(),
-        **{word: rows.tolist() for word, rows in played.items()},
-        "dots": dots,
-        "left_out": list(shown.left_out),
-    }
+    moving = {"times": times.tolist(), **{word: rows.tolist() for word, rows in played.items()}, "dots": dots}
+    return {"figure": json.loads(figure.to_json()), **moving, "left_out": list(shown.left_out)}
 
 
 def _draw(
@@ -171,8 +149,8 @@ def _draw(
     shown = geometry.extent(together, scene)
     for word, path in paths.items():
         _add_path(figure, word, path, charts)
-    for i, item in enumerate(shown.shown):
-        _add_object(figure, item, OBJECT_COLOURS[i % len(OBJECT_COLOURS)], 0.012 * float(shown.size.max()))
+    for item, colour in zip(shown.shown, cycle(OBJECT_COLOURS), strict=False):
+        _add_object(figure, item, colour, 0.012 * float(shown.size.max()))
     flat = view == "top" or (view == "auto" and geometry.planar(together))
     figure.update_layout(
         template="plotly_white",
@@ -185,11 +163,6 @@ def _draw(
         figure.update_xaxes(title_text=f"{chart} [{unit}]", row=2, col=column)
         figure.update_yaxes(title_text="speed [m/s]", rangemode="tozero", row=2, col=column)
     return shown
-
-
-def _played(path: Trajectory, times: Array) -> Array:
-    state = path.at(times)
-    return np.asarray(np.column_stack([state.positions, state.speeds]).round(5), dtype=float)
 
 
 def _add_dots(figure: Any, rows: dict[str, Array]) -> list[int]:
@@ -217,40 +190,43 @@ def _add_path(figure: Any, word: str, path: Trajectory, charts: Sequence[str]) -
         f"{word}: waypoint %{{customdata[0]:.0f}}<br>speed %{{customdata[1]:.3g}} m/s"
         "<br>time %{customdata[2]:.3g} s<br>distance %{customdata[3]:.3g} m"
     )
-    style = {"color": COLOURS[word], "width": {"before": 7, "after": 4, "proposed": 3}[word]}
-    if word == "proposed":
-        style["dash"] = "dot"
-    name = "proposed (before limits)" if word == "proposed" else word
-    common = {"customdata": data, "legendgroup": word, "meta": word}
-    dots = {"size": 2.5 if word == "after" else 3.5, "color": COLOURS[word]}
+    name, wide, thin, opacity, size, dash = _LOOKS[word]
+    style = {"color": COLOURS[word], "width": wide, **dash}
+    common = {"customdata": data, "legendgroup": word, "meta": word, "opacity": opacity}
+    dots = {"size": size, "color": COLOURS[word]}
     place = "<br>x %{x:.3f}, y %{y:.3f}, z %{z:.3f} m<extra></extra>"
-    line = _line(path.positions, style, mode="lines+markers", name=name, marker=dots, hovertemplate=told + place,
-                 opacity=0.6 if word == "before" else 1.0, **common)  # fmt: skip
-    figure.add_trace(line, 1, 1)
+    shown: dict[str, Any] = {
+        "mode": "lines+markers",
+        "name": name,
+        "marker": dots,
+        "hovertemplate": told + place,
+        **common,
+    }
+    figure.add_trace(_line(path.positions, style, **shown), 1, 1)
+    shown = {"mode": "lines", "line": {**style, "width": thin}, "showlegend": False, **common}
     for column, chart in enumerate(charts, 1):
         across = times if chart == "time" else distance
-        thin = {**style, "width": 4 if word == "before" else 2}
-        figure.add_trace(
-            go.Scatter(
-                x=across, y=path.speeds, mode="lines", line=thin, opacity=0.6 if word == "before" else 1.0,
-                showlegend=False, hovertemplate=told + "<extra></extra>", **common,
-            ), 2, column,
-        )  # fmt: skip
+        speeds = go.Scatter(x=across, y=path.speeds, hovertemplate=told + "<extra></extra>", **shown)
+        figure.add_trace(speeds, 2, column)
     if word != "proposed":
         _add_ends(figure, word, path, data, told + place)
+
+
+_LOOKS: dict[str, tuple[str, int, int, float, float, dict[str, str]]] = {
+    "before": ("before", 7, 4, 0.6, 3.5, {}),
+    "after": ("after", 4, 2, 1.0, 2.5, {}),
+    "proposed": ("proposed (before limits)", 3, 2, 1.0, 3.5, {"dash": "dot"}),
+}
+"""Of each path its name, widths in the scene and in a chart, opacity, size of its dots, and dashes."""
 
 
 def _add_ends(figure: Any, word: str, path: Trajectory, data: Array, told: str) -> None:
     for end, index, symbol in (("start", 0, "circle"), ("goal", -1, "diamond")):
         x, y, z = path.positions[index]
         marker = {"color": COLOURS[end], "size": 6 if word == "after" else 4, "symbol": symbol}
-        figure.add_trace(
-            go.Scatter3d(
-                x=[x], y=[y], z=[z], mode="markers", marker=marker, name=end, meta=word,
-                showlegend=word == "after", legendgroup=end, customdata=data[[index]],
-                hovertemplate=f"{end} {told}",
-            ), 1, 1,
-        )  # fmt: skip
+        shown = {"name": end, "meta": word, "showlegend": word == "after", "legendgroup": end, "marker": marker}
+        told_of = {"customdata": data[[index]], "hovertemplate": f"{end} {told}"}
+        figure.add_trace(go.Scatter3d(x=[x], y=[y], z=[z], mode="markers", **shown, **told_of), 1, 1)
 
 
 def _add_object(figure: Any, item: SceneObject, colour: str, least: float) -> None:
@@ -265,8 +241,8 @@ def _add_object(figure: Any, item: SceneObject, colour: str, least: float) -> No
         customdata=[centre + " m"] * 8, hovertemplate=told,
     )  # fmt: skip
     figure.add_trace(mesh, 1, 1)
-    edges = np.concatenate([np.vstack([points[face], points[face[:1]], np.full((1, 3), np.nan)])
-                            for face in geometry.FACES])  # fmt: skip
+    around = np.pad(points[geometry.FACES[:, [0, 1, 2, 3, 0]]], ((0, 0), (0, 1), (0, 0)), constant_values=np.nan)
+    edges = around.reshape(-1, 3)
     figure.add_trace(_line(edges, {"color": colour, "width": 2}, showlegend=False, hoverinfo="skip"), 1, 1)
 
 
@@ -309,9 +285,8 @@ def _axes(shown: Extent, frame: Frame, flat: bool, paths: Sequence[Trajectory], 
 
     def seen(points: Array) -> Array:
         from_eye = (points - middle) * scale - eye
-        return np.asarray(
-            size * (from_eye @ screen.T) * (_PIXELS[0] if flat else _PIXELS[1] / (from_eye @ ahead)[:, None])
-        )
+        near = _PIXELS[0] if flat else _PIXELS[1] / (from_eye @ ahead)[:, None]
+        return np.asarray(size * (from_eye @ screen.T) * near)
 
     axes["annotations"] = _names(shown, seen, paths, size)
     return axes
@@ -322,11 +297,7 @@ def _names(
 ) -> list[dict[str, Any]]:
     """Names of the objects, placed so that they do not cover each other as the page opens.
 
-    Args:
-        shown: With the objects.
-        seen: Where points (K, 3) [m] appear as the page opens, (K, 2) [pixels] from the middle.
-        paths: What names should not cover.
-        size: Of the picture, against a whole page.
+    Points (K, 3) [m] are `seen` then at (K, 2) [pixels] from the middle.
     """
     texts = [
         plain(textwrap.shorten(item.name, 40, placeholder="...") or item.name[:37] + "...") for item in shown.shown
@@ -337,17 +308,22 @@ def _names(
     area = size * np.array([-500.0, -230.0]), size * np.array([500.0, 230.0])
     placed = geometry.place_labels(boxes, sizes, seen(geometry.busy(paths)), area)
     told = []
-    for i, (item, text, spot) in enumerate(zip(shown.shown, texts, placed, strict=True)):
+    for item, text, spot, colour in zip(shown.shown, texts, placed, cycle(OBJECT_COLOURS), strict=False):
         x, y = spot.middle - seen(item.position[None])[0]
-        colour = OBJECT_COLOURS[i % len(OBJECT_COLOURS)]
-        told.append(
-            {
-                **_xyz(item.position), "text": text, "ax": float(x), "ay": float(-y), "xanchor": "center",
-                "yanchor": "middle", "arrowhead": 0, "arrowwidth": 1, "arrowcolor": colour, "bordercolor": colour,
-                "bgcolor": "rgba(255,255,255,0.8)", "borderpad": 1, "font": {"size": 12, "color": "#222"},
-            }
-        )  # fmt: skip
+        place = {**_xyz(item.position), "ax": float(x), "ay": float(-y)}
+        told.append({**_NAME, **place, "text": text, "arrowcolor": colour, "bordercolor": colour})
     return told
+
+
+_NAME: dict[str, Any] = {
+    "xanchor": "center",
+    "yanchor": "middle",
+    "arrowhead": 0,
+    "arrowwidth": 1,
+    "borderpad": 1,
+    "bgcolor": "rgba(255,255,255,0.8)",
+    "font": {"size": 12, "color": "#222"},
+}
 
 
 def _xyz(values: Array) -> dict[str, float]:

@@ -50,9 +50,7 @@ class Extent:
     """The part of the world that a figure shows.
 
     Args:
-        lower: Lower corner (3,) [m].
-        upper: Upper corner (3,) [m].
-        shown: The objects inside.
+        lower, upper: Its corners (3,) [m].
         left_out: Names of objects so far away that showing them would shrink everything else to a dot.
     """
 
@@ -100,11 +98,9 @@ def planar(paths: Sequence[Trajectory]) -> bool:
 
 
 def tube(path: Array, covariance: Array) -> Array:
-    """Rings (N, 24, 3) [m] around a path: what lies within two standard deviations across its direction.
+    """Rings (N, 24, 3) [m] around a path (N, 3) [m]: what lies within two standard deviations across its direction.
 
-    Args:
-        path: (N, 3) [m].
-        covariance: Rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
+    The covariance has rows xx, xy, xz, yy, yz, zz (N, 6) [m2].
     """
     along = np.gradient(path, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
@@ -162,17 +158,12 @@ def _box_lines(box: Box) -> list[Array]:
 
 def _shell_lines(shell: Shell) -> list[Array]:
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
-    lines = []
-    for radius in (shell.r_min, shell.r_max):
-        if radius == 0.0:
-            continue
-        for angle in np.arange(6) * np.pi / 6.0:
-            across = np.cos(turn)
-            lines.append(np.stack([across * np.cos(angle), across * np.sin(angle), np.sin(turn)], axis=1) * radius)
-        for angle in np.array([-60.0, -30.0, 0.0, 30.0, 60.0]) * np.pi / 180.0:
-            ring = np.stack([np.cos(turn), np.sin(turn), np.full_like(turn, np.tan(angle))], axis=1) * np.cos(angle)
-            lines.append(ring * radius)
-    return [line + np.asarray(shell.center) for line in lines]
+    x, y, one = np.cos(turn), np.sin(turn), np.ones_like(turn)
+    meridians = [np.stack([x * np.cos(a), x * np.sin(a), y], axis=1) for a in np.arange(6) * np.pi / 6.0]
+    tilts = np.array([-60.0, -30.0, 0.0, 30.0, 60.0]) * np.pi / 180.0
+    circles = [*meridians, *(np.stack([x, y, one * np.tan(a)], axis=1) * np.cos(a) for a in tilts)]
+    radii = [radius for radius in (shell.r_min, shell.r_max) if radius > 0.0]
+    return [circle * radius + np.asarray(shell.center) for radius in radii for circle in circles]
 
 
 _ANGLES = np.deg2rad([90, -90, 0, 180, 45, 135, -45, -135, 67, 113, -67, -113, 22, 158, -22, -158])
@@ -201,31 +192,25 @@ def place_labels(
     *,
     scale: float = 1.0,
 ) -> list[Placed]:
-    """Choose a place for each label, one after the other, where it covers least.
+    """Choose a place for each label, one after the other, where it covers least; all in pixels.
 
-    Args:
-        boxes: Lower and upper corner (2,) of each object in the picture [pixels].
-        sizes: Width and height of each label [pixels].
-        busy: Points (K, 2) that labels should not cover, such as those of the paths [pixels].
-        area: Lower and upper corner (2,) that labels should stay in [pixels].
-        scale: Pixels per point, by which gaps grow.
+    Boxes are the lower and upper corner (2,) of each object, sizes width and height of each label. Labels should not
+    cover `busy` points (K, 2), and stay in the corners of an area. Gaps grow by the scale, pixels per point.
     """
     placed: list[Placed] = []
-    taken: list[tuple[Array, Array]] = []
+    taken: list[tuple[float, tuple[Array, Array]]] = []
     for own, (box, size) in enumerate(zip(boxes, sizes, strict=True)):
         half = np.asarray(size) / 2.0
         middles, costs = _candidates(box, half, scale)
         lower, upper = middles - half - 2.0 * scale, middles + half + 2.0 * scale
         hits = ((busy >= lower[:, None]) & (busy <= upper[:, None])).all(axis=2).sum(axis=1)
         costs = costs + 6.0 * np.minimum(hits, 20)
-        for other in taken:
-            costs = costs + 400.0 * _overlap(lower, upper, *other)
-        for i, other in enumerate(boxes):
-            costs = costs + (15.0 if i == own else 60.0) * _overlap(lower, upper, *other)
+        for price, other in (*taken, *((15.0 if i == own else 60.0, other) for i, other in enumerate(boxes))):
+            costs = costs + price * _overlap(lower, upper, *other)
         outside = np.maximum(area[0] - lower, 0.0).sum(axis=1) + np.maximum(upper - area[1], 0.0).sum(axis=1)
         costs = costs + 20.0 * outside / scale
         best = int(np.argmin(costs))
-        taken.append((lower[best], upper[best]))
+        taken.append((400.0, (lower[best], upper[best])))
         gap = np.maximum(np.maximum(box[0] - upper[best], lower[best] - box[1]), 0.0)
         placed.append(Placed(middles[best], bool(np.linalg.norm(gap) > 9.0 * scale)))
     return placed

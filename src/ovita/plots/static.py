@@ -7,6 +7,7 @@ import os
 import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from itertools import cycle, islice
 from types import MappingProxyType
 from typing import Any
 
@@ -72,7 +73,7 @@ def figure(
     canvas: Canvas = TopCanvas(drawing, shown, scene.frame) if flat else SpaceCanvas(drawing, shown, scene.frame)
     drawn = _workspace(canvas, robot, shown)
     least = 0.012 * float(shown.size.max())
-    colours = [OBJECT_COLOURS[i % len(OBJECT_COLOURS)] for i in range(len(shown.shown))]
+    colours = list(islice(cycle(OBJECT_COLOURS), len(shown.shown)))
     boxes = [geometry.corners(item) for item in shown.shown]
     for item, colour in zip(shown.shown, colours, strict=True):
         canvas.cuboid(geometry.corners(item, least), colour)
@@ -159,14 +160,10 @@ def _broken(canvas: Canvas, adapted: Trajectory, checks: Sequence[ConstraintChec
 def _speeds(
     drawing: Figure, original: Trajectory, adapted: Trajectory, proposed: Trajectory | None, robot: Robot | None
 ) -> None:
-    panels = (
-        ("time [s]", "times", (0.075, 0.065, 0.39, 0.20)),
-        ("distance [m]", "arc_length", (0.565, 0.065, 0.39, 0.20)),
-    )
     highest = max(float(path.speeds.max()) for path in (original, adapted))
     limit = robot.max_speed if robot is not None else None
-    for label, quantity, place in panels:
-        axes = drawing.add_axes(place)
+    for label, quantity, left in (("time [s]", "times", 0.075), ("distance [m]", "arc_length", 0.565)):
+        axes = drawing.add_axes((left, 0.065, 0.39, 0.20))
         axes.plot(getattr(original, quantity), original.speeds, color=COLOURS["before"], lw=3.2, alpha=0.55)
         if proposed is not None:
             axes.plot(getattr(proposed, quantity), proposed.speeds, color=COLOURS["proposed"], lw=1.5, ls=":")
@@ -193,9 +190,8 @@ def _remarks(robot: Robot | None, drawn: bool, shown: Extent) -> str:
 
 
 def _captions(drawing: Figure, canvas: Canvas, title: str, remarks: str) -> None:
-    lines = textwrap.wrap(printable(title), 88, max_lines=2, placeholder=" ...")
     top = 0.985
-    for line in lines:
+    for line in textwrap.wrap(printable(title), 88, max_lines=2, placeholder=" ..."):
         drawing.text(0.5, top, line, ha="center", va="top", fontsize=12.5, weight="bold", parse_math=False)
         top -= 0.027
     handles: dict[str, Line2D] = canvas.handles
@@ -298,15 +294,10 @@ class Canvas(ABC):
     def _label(self, texts: Sequence[str], colors: Sequence[str], pixels: list[Array], busy: Array, area: Any) -> None:
         """Write texts beside boxes of projected corners (8, 2), all in pixels."""
         width, height = self.figure.bbox.width, self.figure.bbox.height
-        written = [
-            self.figure.text(0.5, 0.5, text, bbox={**_LABEL_BOX, "ec": color}, **_LABEL)
-            for text, color in zip(texts, colors, strict=True)
-        ]
-        scale = self.figure.dpi / 72.0
-        sizes = []
-        for text in written:
-            box = text.get_window_extent()
-            sizes.append((box.width + 4.0 * scale, box.height + 3.0 * scale))
+        pairs = [(text, {**_LABEL_BOX, "ec": color}) for text, color in zip(texts, colors, strict=True)]
+        written = [self.figure.text(0.5, 0.5, text, bbox=box, **_LABEL) for text, box in pairs]
+        scale, extents = self.figure.dpi / 72.0, [text.get_window_extent() for text in written]
+        sizes = [(box.width + 4.0 * scale, box.height + 3.0 * scale) for box in extents]
         boxes = [(p.min(axis=0), p.max(axis=0)) for p in pixels]
         spots = geometry.place_labels(boxes, sizes, busy, area, scale=scale)
         for text, spot, corner, color in zip(written, spots, boxes, colors, strict=True):
@@ -400,9 +391,8 @@ class SpaceCanvas(Canvas):
     def cuboid(self, corners: Array, color: str) -> None:
         """Draw a cuboid (8, 3)."""
         faces = [corners[face] for face in FACES]
-        self.axes.add_collection3d(
-            Poly3DCollection(faces, facecolors=color, edgecolors=color, alpha=0.28, lw=0.8, zorder=2)
-        )
+        look = {"facecolors": color, "edgecolors": color, "alpha": 0.28, "lw": 0.8, "zorder": 2}
+        self.axes.add_collection3d(Poly3DCollection(faces, **look))
 
     def tube(self, walls: Array) -> None:
         """Draw the walls (M, 4, 3) of a tube."""

@@ -10,20 +10,8 @@ from ovita.errors import RobotError
 from ovita.paths.geometry import Mask
 from ovita.paths.scene import quaternion
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.models import ArmLimits, RobotModel
-from ovita.sim.timing import (
-    ControlPlan,
-    Hold,
-    Move,
-    Piece,
-    Touched,
-    Unreachable,
-    joined,
-    route,
-    still,
-    stretches,
-    timed,
-)
+from ovita.sim import timing
+from ovita.sim.models import ArmLimits, RobotModel, mujoco
 from ovita.sim.world import SimWorld
 
 Orientation = Literal["auto", "free", "keep"]
@@ -66,7 +54,7 @@ class Arm:
         assert isinstance(robot.limits, ArmLimits)
         self.stage, self.limits = stage, robot.limits
         _check(robot, robot.limits, stage.model.nv)
-        pieces = route(trajectory, corner=robot.corner, stop_angle=STOP_ANGLE, spacing=SPACING)
+        pieces = timing.route(trajectory, corner=robot.corner, stop_angle=STOP_ANGLE, spacing=SPACING)
         self.kinematics = Kinematics(stage, robot.limits, trajectory, orientation)
         first, unreachable = self.kinematics.choose()
         self.intent = self._plan(pieces, trajectory, first, unreachable)
@@ -79,8 +67,6 @@ class Arm:
 
     def act(self, data: Any, step: int) -> bool:
         """Computed torque: M(q) (q'' + kp e + kd e') + bias."""
-        import mujoco
-
         plan = self.intent.plan
         wanted = plan.accelerations[step] + STIFFNESS * (plan.coordinates[step] - data.qpos)
         wanted += DAMPING * (plan.rates[step] - data.qvel)
@@ -90,24 +76,28 @@ class Arm:
         return bool((np.abs(data.ctrl - torque) <= 1e-9).all())
 
     def _plan(
-        self, pieces: list[Move | Hold], trajectory: Trajectory, joints: Array, unreachable: tuple[Unreachable, ...]
-    ) -> ControlPlan:
+        self,
+        pieces: list[timing.Move | timing.Hold],
+        trajectory: Trajectory,
+        joints: Array,
+        unreachable: tuple[timing.Unreachable, ...],
+    ) -> timing.ControlPlan:
         velocity, acceleration = np.array(self.limits.velocity), np.array(self.limits.acceleration)
-        done: list[Piece] = []
+        done: list[timing.Piece] = []
         for piece in pieces:
-            if isinstance(piece, Hold):
-                done.append(still(piece.duration, piece.where, joints))
+            if isinstance(piece, timing.Hold):
+                done.append(timing.still(piece.duration, piece.where, joints))
                 continue
             path = self.kinematics.follow(piece.points, trajectory.orientations_at(piece.where), joints)
             path[0], joints = joints, path[-1]
-            done.append(timed(piece.arc, piece.where, path, piece.speeds, velocity, acceleration))
-        plan = joined(done, self.stage.model.opt.timestep)
-        limits: list[Touched] = []
+            done.append(timing.timed(piece.arc, piece.where, path, piece.speeds, velocity, acceleration))
+        plan = timing.joined(done, self.stage.model.opt.timestep)
+        limits: list[timing.Touched] = []
         at_end, fast = _at_limit(self.stage, plan.coordinates), np.abs(plan.rates) > 0.98 * velocity
         for j, name in enumerate(self.stage.joints):
-            limits += stretches(f"{name} position", at_end[:, j], plan.where)
-            limits += stretches(f"{name} speed", fast[:, j], plan.where)
-        return ControlPlan(plan, unreachable, tuple(limits))
+            limits += timing.stretches(f"{name} position", at_end[:, j], plan.where)
+            limits += timing.stretches(f"{name} speed", fast[:, j], plan.where)
+        return timing.ControlPlan(plan, unreachable, tuple(limits))
 
 
 class Kinematics:
@@ -133,7 +123,7 @@ class Kinematics:
         self._rest = self.postures[0]
         self._held: Array | None = None
 
-    def choose(self) -> tuple[Array, tuple[Unreachable, ...]]:
+    def choose(self) -> tuple[Array, tuple[timing.Unreachable, ...]]:
         """Joints (J,) [rad] at the start of the best posture, and the waypoints that it cannot reach."""
         points = self.trajectory.positions
         best: tuple[tuple[int, int, float], Array, Array, Array] | None = None
@@ -150,7 +140,7 @@ class Kinematics:
         _, path, left, self._rest = best
         self._hold(path[0])
         far = np.flatnonzero(left > NEAR).tolist()
-        return path[0], tuple(Unreachable(i, float(left[i]), self._reason(path[i], points[i])) for i in far)
+        return path[0], tuple(timing.Unreachable(i, float(left[i]), self._reason(path[i], points[i])) for i in far)
 
     def _from(self, posture: Array) -> Array:
         """Joints (N, J) [rad] along the trajectory, begun near a posture."""
@@ -219,8 +209,6 @@ class Kinematics:
 
     def _struck(self, joints: Array) -> bool:
         """Whether the arm touches the floor or itself."""
-        import mujoco
-
         self.configuration.update(joints)
         mujoco.mj_collision(self.stage.model, self.configuration.data)
         geoms = self.configuration.data.contact.geom.tolist()

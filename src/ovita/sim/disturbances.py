@@ -15,6 +15,7 @@ import numpy as np
 from ovita.errors import RequestError
 from ovita.paths.scene import matrix, quaternion
 from ovita.paths.trajectory import Array
+from ovita.sim.models import mujoco
 from ovita.sim.world import SimWorld
 
 AIR_DENSITY, AIR_VISCOSITY = 1.204, 1.8e-5
@@ -94,8 +95,6 @@ class Plant:
     """
 
     def __init__(self, stage: SimWorld, wanted: Disturbances, signs: Array, free: bool) -> None:
-        import mujoco
-
         self.stage, self.wanted, self.free = stage, wanted, free
         self.model = self._laden(copy.copy(stage.model))
         self.data, self.seen = mujoco.MjData(self.model), mujoco.MjData(stage.model)
@@ -111,8 +110,6 @@ class Plant:
         self._drive: Array | None = None
 
     def _laden(self, model: Any) -> Any:
-        import mujoco
-
         if not self.wanted.payload:
             return model
         body, load = int(model.site_bodyid[self.stage.tip]), self.wanted.payload
@@ -132,8 +129,6 @@ class Plant:
 
     def sense(self) -> Any:
         """MuJoCo's data as the controller sees it: its own model at the measured state."""
-        import mujoco
-
         self.seen.qpos[:], self.seen.qvel[:] = self.data.qpos, self.data.qvel
         measured = 3 if self.free else self.stage.model.nv
         if self.wanted.noise:

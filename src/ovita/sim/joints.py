@@ -13,7 +13,7 @@ from ovita.io.messages import JointMotion
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
-from ovita.sim.models import ArmLimits, RobotModel, load_model
+from ovita.sim.models import ArmLimits, RobotModel, load_model, mujoco
 from ovita.sim.placement import Base, WorldTransform
 from ovita.sim.report import FAILED, Report
 from ovita.sim.simulate import require, simulate
@@ -55,10 +55,9 @@ class ArmJoints:
             if set(known) <= set(names):
                 return [list(names).index(name) for name in known]
         theirs = ", ".join(names[:12]) + (" ..." if len(names) > 12 else "")
-        raise RobotError(
-            f"the joints {theirs} are not those of the {self.title}, which are {', '.join(self.sent)}; "
-            f"say how they are named: --joint-names lbr_iiwa_joint_N, or all {len(self.own)} names with commas"
-        )
+        problem = f"the joints {theirs} are not those of the {self.title}, which are {', '.join(self.sent)}"
+        hint = f"--joint-names lbr_iiwa_joint_N, or all {len(self.own)} names with commas"
+        raise RobotError(f"{problem}; say how they are named: {hint}")
 
     def state(self, values: Mapping[str, float]) -> Array:
         """The positions (J,) of the model's joints among named ones [rad or m].
@@ -99,11 +98,10 @@ def spelled(own: Sequence[str], text: str) -> tuple[str, ...]:
     elif len(names) == 1 and "N" in text:
         before, _, behind = text.rpartition("N")
         names = tuple(f"{before}{i + 1}{behind}" for i in range(len(own)))
-    if len(names) != len(own) or len(set(names)) != len(own) or not all(names):
-        raise RobotError(
-            f"the joint names {text!r} do not fit the {len(own)} joints {', '.join(own)}; give a pattern with N for "
-            "the joint's number or * for its name, or as many names, with commas"
-        )
+    if len(names) != len(own) or len({*names} - {""}) != len(own):
+        problem = f"the joint names {text!r} do not fit the {len(own)} joints {', '.join(own)}"
+        hint = "give a pattern with N for the joint's number or * for its name, or as many names, with commas"
+        raise RobotError(f"{problem}; {hint}")
     return names
 
 
@@ -139,15 +137,13 @@ def joint_motion(
             break
     else:
         raise RequestError(_refused(model, done.report))
-    report = done.report
-    joints = joints_of_arm(model, done.stage, names)
-    plan, frames = done.plan, done.frames
+    joints, plan, frames = joints_of_arm(model, done.stage, names), done.plan, done.frames
     columns = _columns(done.stage, joints.own)
-    velocities, accelerations = plan.rates[frames][:, columns].copy(), plan.accelerations[frames][:, columns].copy()
+    rows = (plan.coordinates, plan.rates, plan.accelerations)
+    positions, velocities, accelerations = (values[frames][:, columns].copy() for values in rows)
     velocities[[0, -1]] = accelerations[[0, -1]] = 0.0
-    positions, times = plan.coordinates[frames][:, columns], plan.times[frames]
-    motion = JointMotion(joints.sent, positions, times, velocities, scene.frame, accelerations)
-    return motion, report.sentences()
+    motion = JointMotion(joints.sent, positions, plan.times[frames], velocities, scene.frame, accelerations)
+    return motion, done.report.sentences()
 
 
 def _refused(model: RobotModel, report: Report) -> str:
@@ -178,8 +174,6 @@ def tool_path(
         other = [name for i, name in enumerate(motion.names) if i not in order]
         raise RobotError(f"the {model.title} has no joints {', '.join(other)}; leave them out of the motion")
     columns = _columns(stage, joints.own)
-    import mujoco
-
     data = mujoco.MjData(stage.model)
 
     def forward(row: Array) -> tuple[Array, Array]:
@@ -209,12 +203,10 @@ def start_problem(motion: JointMotion, state: Array, tolerance: float = START_TO
     far = sorted((name for name, gap in found.items() if gap > tolerance), key=lambda name: -found[name])
     if not far:
         return None
-    worst, start = far[0], dict(zip(motion.names, motion.positions[0].tolist(), strict=True))
+    worst, start = far[0], float(motion.positions[0][motion.names.index(far[0])])
     more = f" ({len(far)} of {len(found)} joints are beyond the tolerance of {tolerance:g})" if len(found) > 1 else ""
-    return (
-        f"{worst} is {found[worst]:.3f} rad from where the motion starts, at {start[worst]:.3f} rad{more}: the arm "
-        "would jump; --approach plans a way there, or move the arm there first"
-    )
+    gap = f"{worst} is {found[worst]:.3f} rad from where the motion starts, at {start:.3f} rad{more}"
+    return f"{gap}: the arm would jump; --approach plans a way there, or move the arm there first"
 
 
 def _from_posture(model: RobotModel, posture: Array) -> RobotModel:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -13,7 +13,7 @@ import numpy as np
 from ovita.errors import FormatError, RobotError
 from ovita.io.files import read_text
 from ovita.paths.trajectory import Array
-from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip
+from ovita.sim.models import ArmLimits, DroneLimits, RobotModel, Tip, mujoco
 from ovita.text import listed
 
 MODELS = (".xml", ".mjcf", ".urdf")
@@ -38,8 +38,6 @@ def read_spec(path: Path) -> Any:
     Raises:
         RobotError: If it cannot be read.
     """
-    import mujoco
-
     try:
         if path.suffix.lower() != ".urdf":
             return mujoco.MjSpec.from_file(str(path))
@@ -87,17 +85,14 @@ def make_arm(spec: Any, robot: RobotModel) -> None:
         raise RobotError(f"{robot.model}: torque has {len(limits.torque)} values, the arm has {len(joints)} joints")
     torques = limits.torque or [_torque(spec, joint) for joint in joints]
     if not all(torques):
-        raise RobotError(
-            f"{robot.model}: has no actuators; give the torque of each of its {len(joints)} joints in the .toml"
-        )
+        hint = f"give the torque of each of its {len(joints)} joints in the .toml"
+        raise RobotError(f"{robot.model}: has no actuators; {hint}")
     _drive(spec, joints, torques)
     _part(spec, robot)
 
 
 def _keep_chain(spec: Any, robot: RobotModel) -> list[Any]:
     """The joints between base and tip; all others are fixed where they are, with what depends on them removed."""
-    import mujoco
-
     chain = list(_to_base(_tip_body(spec, robot)))
     joints = [joint for link in reversed(chain) for joint in link.joints]
     turning = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
@@ -136,12 +131,9 @@ def _tip_body(spec: Any, robot: RobotModel) -> Any:
         return site.parent
     body = spec.body(robot.tip)
     if body is None:
-        names = listed(
-            sorted(thing.name for thing in (*spec.sites, *spec.bodies) if thing.name and thing.name != "world")
-        )
-        raise RobotError(
-            f"{robot.model}: has no site {robot.tip!r} for the tip, and no body of that name; it has {names}"
-        )
+        names = listed(sorted({thing.name for thing in (*spec.sites, *spec.bodies)} - {"", "world"}))
+        problem = f"has no site {robot.tip!r} for the tip, and no body of that name"
+        raise RobotError(f"{robot.model}: {problem}; it has {names}")
     body.add_site(name=robot.tip)
     return body
 
@@ -161,8 +153,6 @@ def _torque(spec: Any, joint: Any) -> float:
 
 def _drive(spec: Any, joints: Sequence[Any], torques: Sequence[float]) -> None:
     """A motor at each joint in place of what drove it."""
-    import mujoco
-
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     for i, (joint, torque) in enumerate(zip(joints, torques, strict=True)):
@@ -179,13 +169,11 @@ def _part(spec: Any, robot: RobotModel) -> None:
     MuJoCo itself excludes other neighbours, but not those of a body that is fixed to the world.
     """
     moved = {b.name: sum(bool(link.joints) for link in _to_base(b)) for b in spec.bodies if b.name != "world"}
-    for name in (name for pair in robot.ignore_contacts for name in pair):
-        if name not in moved:
-            raise RobotError(f"{robot.model}: has no link {name!r}; its links are {listed(sorted(moved))}")
+    for name in [name for name in chain.from_iterable(robot.ignore_contacts) if name not in moved]:
+        raise RobotError(f"{robot.model}: has no link {name!r}; its links are {listed(sorted(moved))}")
     fixed, first = ([name for name, joints in moved.items() if joints == count] for count in (0, 1))
-    pairs = {*product(fixed, first), *robot.ignore_contacts}
     there = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
-    for a, b in sorted(pairs):
+    for a, b in sorted({*product(fixed, first), *robot.ignore_contacts}):
         if a and b and frozenset((a, b)) not in there:
             spec.add_exclude(bodyname1=a, bodyname2=b)
 
@@ -219,8 +207,6 @@ def model_of(path: Path, tip: str | None = None) -> RobotModel:
     Raises:
         RobotError: If it can be neither.
     """
-    import mujoco
-
     spec = read_spec(path)
     free = [joint for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_FREE]
     if not free:
@@ -262,8 +248,6 @@ def _ranges(joints: Sequence[Any], *, in_degrees: bool) -> tuple[Array, Array]:
 
 
 def _guessed_tip(spec: Any) -> str:
-    import mujoco
-
     names = sorted(thing.name for thing in (*spec.sites, *spec.bodies) if thing.name)
 
     def hinges(body: Any) -> int:
@@ -277,12 +261,9 @@ def _urdf_speeds(path: Path) -> dict[str, float]:
     """The speeds of joints that a URDF states [rad/s], which MuJoCo does not read."""
     if path.suffix.lower() != ".urdf":
         return {}
-    found = {}
-    for joint in _urdf(path).iter("joint"):
-        limit = joint.find("limit")
-        if limit is not None and float(limit.get("velocity", 0)) > 0:
-            found[str(joint.get("name"))] = float(limit.get("velocity", 0))
-    return found
+    limits = {str(joint.get("name")): limit for joint in _urdf(path).iter("joint") for limit in joint.findall("limit")}
+    speeds = {name: float(limit.get("velocity", 0)) for name, limit in limits.items()}
+    return {name: speed for name, speed in speeds.items() if speed > 0}
 
 
 def _drone_of(path: Path, spec: Any) -> RobotModel:
@@ -294,7 +275,6 @@ def _drone_of(path: Path, spec: Any) -> RobotModel:
     if spare <= 0:
         raise RobotError(f"{path}: its rotors lift at most {thrust:.3g} N, and it weighs {mass:.3g} kg")
     limits = DroneLimits(2.0, min(3.0, 0.5 * spare), 6.0, 4.0, 120.0, 20.0)
-    note = (
-        f"Speed (2 m/s), acceleration ({limits.acceleration:.3g} m/s^2) and gains are assumed; give a .toml for others."
-    )
-    return RobotModel(path.stem, path.stem, path, "drone", Tip(str(model.body(body).name)), limits, notes=(note,))
+    assumed = f"Speed (2 m/s), acceleration ({limits.acceleration:.3g} m/s^2) and gains are assumed"
+    notes = (f"{assumed}; give a .toml for others.",)
+    return RobotModel(path.stem, path.stem, path, "drone", Tip(str(model.body(body).name)), limits, notes=notes)

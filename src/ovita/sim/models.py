@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -14,6 +15,22 @@ from ovita.errors import FormatError, RobotError
 from ovita.io.documents import parse_toml, validated
 from ovita.io.files import read_text
 from ovita.paths.robot import ALIASES, preset_name
+
+
+class _Lazily:
+    """A module that is imported when it is first used; what was taken from it once is at hand."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(import_module(self._name), name)
+        setattr(self, name, found)
+        return found
+
+
+mujoco: Any = _Lazily("mujoco")
+"""The simulator, of the extra `sim`, which `require` checks for."""
 
 _Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 
@@ -138,21 +155,18 @@ def load_model(
 ) -> RobotModel:
     """Read a shipped robot by its name, a robot of one's own from a .toml file, or a model file or folder as it is.
 
-    Args:
-        name: Of the robot, or its file or folder.
-        tip: The site or body that follows trajectories, in place of the file's.
-        ignore_contacts: More pairs of links that may touch each other, each as "LINK,LINK".
+    The tip is the site or body that follows trajectories, in place of the file's; `ignore_contacts` are more pairs of
+    links that may touch each other, each as "LINK,LINK".
 
     Raises:
         RobotError: If there is no such robot or its file is malformed; names the file and the key.
     """
     model = _loaded(os.fspath(name), tip)
-    pairs = [tuple(part.strip() for part in text.split(",")) for text in ignore_contacts]
+    pairs: list[Any] = [tuple(part.strip() for part in text.split(",")) for text in ignore_contacts]
     for pair in pairs:
         if len(pair) != 2 or not all(pair):
             raise RobotError(f"--ignore-contact {','.join(pair)!r} does not name two links; write LINK,LINK")
-    more = tuple((pair[0], pair[1]) for pair in pairs)
-    return replace(model, tip=tip or model.tip, ignore_contacts=(*model.ignore_contacts, *more))
+    return replace(model, tip=tip or model.tip, ignore_contacts=(*model.ignore_contacts, *pairs))
 
 
 def _loaded(text: str, tip: str | None) -> RobotModel:
@@ -166,10 +180,9 @@ def _loaded(text: str, tip: str | None) -> RobotModel:
 
         return model_of(model_file(Path(text)) if Path(text).is_dir() else Path(text), tip)
     else:
-        raise RobotError(
-            f"unknown robot {text!r}; robots that can be simulated are {', '.join(STAND_INS)} "
-            f"(or {', '.join(ALIASES)}), or give a .toml file, a .urdf or .xml model, or a folder with one"
-        )
+        known = f"robots that can be simulated are {', '.join(STAND_INS)} (or {', '.join(ALIASES)})"
+        own = "or give a .toml file, a .urdf or .xml model, or a folder with one"
+        raise RobotError(f"unknown robot {text!r}; {known}, {own}")
     try:
         return _model(path, parse_toml(read_text(path), str(path)))
     except FormatError as error:
@@ -178,9 +191,9 @@ def _loaded(text: str, tip: str | None) -> RobotModel:
 
 def _model(path: Path, document: dict[str, Any]) -> RobotModel:
     own_keys = {f.name for f in fields(_Common)}
-    common = validated(_Common, {key: document[key] for key in document if key in own_keys}, str(path))
+    own, rest = ({key: document[key] for key in document if (key in own_keys) is wanted} for wanted in (True, False))
+    common = validated(_Common, own, str(path))
     kind = _LIMITS[common.controller]
-    rest = {key: document[key] for key in document if key not in own_keys}
     for key in sorted(rest.keys() - {f.name for f in fields(kind)}):
         raise RobotError(f"{path}: {key} is no key of a robot with controller {common.controller!r}")
     limits = validated(kind, rest, str(path))
@@ -188,10 +201,7 @@ def _model(path: Path, document: dict[str, Any]) -> RobotModel:
     if not file.is_file():
         raise RobotError(f"{path}: model {common.model!r} does not exist beside it")
     joints = common.joint_names if isinstance(common.joint_names, str) else ",".join(common.joint_names)
-    own = {
-        "title": common.title or path.stem,
-        "model": file,
-        "peak_tolerance": common.peak_tolerance or 2.0 * common.tolerance,
-        "joint_names": (joints,) if joints else (),
-    }
-    return RobotModel(**{"name": path.stem, "limits": limits, **vars(common), **own})
+    made = {"name": path.stem, "title": common.title or path.stem, "model": file, "limits": limits}
+    made |= {"joint_names": (joints,) if joints else ()}
+    made |= {"peak_tolerance": common.peak_tolerance or 2.0 * common.tolerance}
+    return RobotModel(**{**vars(common), **made})

@@ -25,9 +25,7 @@ class Base:
     """Pose of a robot's base in scene coordinates.
 
     Args:
-        x: [m].
-        y: [m].
-        z: [m].
+        x, y, z: [m].
         yaw: Heading of the robot's own x axis, turned from the scene's x axis towards its y axis [rad].
     """
 
@@ -53,14 +51,13 @@ class Base:
         except ValueError:
             values = []
         if len(values) not in (3, 4):
-            raise RequestError(
-                f"--base {text!r} is not x,y,z,yaw; give metres and radians, such as --base 0.5,0,0,1.57"
-            )
-        yaw = values[3] if len(values) == 4 else 0.0
+            hint = "give metres and radians, such as --base 0.5,0,0,1.57"
+            raise RequestError(f"--base {text!r} is not x,y,z,yaw; {hint}")
+        x, y, z, yaw = (*values, 0.0)[:4]
         if abs(yaw) > 2.0 * np.pi:
             meant = f"{yaw:g} degrees are {np.radians(yaw):.4g}"
             raise RequestError(f"--base {text!r}: the yaw {yaw:g} is more than a turn; give radians ({meant})")
-        return cls(values[0], values[1], values[2], yaw)
+        return cls(x, y, z, yaw)
 
     @property
     def position(self) -> Array:
@@ -101,9 +98,8 @@ class WorldTransform:
 
     def scene(self, scene: Scene) -> Scene:
         """A scene in the simulator's coordinates."""
-        objects = tuple(
-            SceneObject(o.name, o.position * self.signs, o.size, self.turned(o.orientation), o.extra) for o in scene
-        )
+        turned = [(o, o.position * self.signs, self.turned(o.orientation)) for o in scene]
+        objects = tuple(SceneObject(o.name, place, o.size, turn, o.extra) for o, place, turn in turned)
         return replace(scene, objects=objects, frame=Frame("flu"))
 
     def base(self, base: Base) -> Base:
@@ -131,12 +127,8 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
     of the paths and the objects, then by standing on what the objects stand on, then by how far the waypoints are from
     the middle of the reach.
 
-    Args:
-        paths: (N, 3) each, in the simulator's coordinates [m].
-        scene: In the same coordinates.
-        robot: The limits that the trajectory was adapted to.
-        shoulder: Height of the shoulder above the base [m].
-        reach: From the shoulder to the tip [m].
+    Paths (N, 3) [m] and scene are in the simulator's coordinates; the shoulder is so high above the base [m], and the
+    tip reaches so far from it [m].
     """
     points = np.unique(np.concatenate(paths), axis=0)
     low, high = points.min(axis=0), points.max(axis=0)
@@ -158,10 +150,10 @@ def arm_base(paths: list[Array], scene: Scene, robot: Robot | None, shoulder: fl
     return _facing(max(places, key=score), middle)
 
 
-def start_base(trajectory: Trajectory, ground: float) -> Base:
-    """Where a rover or drone begins: above the first waypoint's place on the ground, facing along the path."""
-    x, y = trajectory.positions[0, :2]
-    steps = np.diff(trajectory.positions[:, :2], axis=0)
+def start_base(positions: Array, ground: float) -> Base:
+    """Where a rover or drone begins on a path (N, 3): at its start, on the ground, facing along it."""
+    x, y = positions[0, :2]
+    steps = np.diff(positions[:, :2], axis=0)
     moving = np.linalg.norm(steps, axis=1) > 1e-9
     dx, dy = steps[np.argmax(moving)] if moving.any() else (1.0, 0.0)
     how = "at the start of the trajectory, facing along it"
@@ -181,11 +173,8 @@ def _clear(place: Array, shoulder: float, points: Array, scene: Scene) -> bool:
     if (beside & (flat < 0.25)).any():
         return False
     beneath = place[2] + TOUCH
-    return all(
-        item.clearance(column).min() > 0.15
-        for item in scene
-        if not (is_support(item) and float(top_of(item)[2]) <= beneath)
-    )
+    around = (item for item in scene if not (is_support(item) and float(top_of(item)[2]) <= beneath))
+    return all(item.clearance(column).min() > 0.15 for item in around)
 
 
 def _facing(place: Array, middle: Array) -> Base:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ovita.errors import OvitaError
 from ovita.paths.trajectory import Array
+from ovita.sim.models import mujoco
 from ovita.sim.world import PREFIX, SimWorld
 
 REMEDY = (
@@ -82,16 +83,13 @@ class Renderer:
 
     Args:
         model: MuJoCo's model, whose offscreen buffer is at least as large as the picture.
-        width: [pixels].
-        height: [pixels].
+        width, height: [pixels].
 
     Raises:
         NoRenderer: If no offscreen OpenGL works.
     """
 
     def __init__(self, model: Any, width: int, height: int) -> None:
-        import mujoco
-
         self._model = model
         self._gl = _context(width, height)
         self._gl.make_current()
@@ -108,15 +106,11 @@ class Renderer:
 
     def update(self, data: Any, camera: Any) -> None:
         """Take the bodies of the model as they are in `data`; more geoms may then be added to `scene`."""
-        import mujoco
-
         catch = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._option, mujoco.MjvPerturb(), camera, catch, self.scene)
 
     def render(self, size: tuple[int, int] | None = None) -> np.ndarray[Any, np.dtype[np.uint8]]:
         """Draw `scene`: (H, W, 3), of the renderer's size or a smaller one (width, height)."""
-        import mujoco
-
         width, height = size or self._size
         area, picture = mujoco.MjrRect(0, 0, width, height), np.empty((height, width, 3), dtype=np.uint8)
         self._gl.make_current()
@@ -167,8 +161,6 @@ def visual_model(stage: SimWorld) -> Any:
 
     The stage's own model where the Menagerie is not at hand, or its robot does not fit.
     """
-    import mujoco
-
     file = find(stage.robot)
     if file is None:
         return stage.model

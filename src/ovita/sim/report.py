@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
@@ -35,8 +34,7 @@ class Contact:
 
     Args:
         name: The object's; "floor" for the ground and "itself" for two links of the robot.
-        first: Waypoint of the first contact.
-        last: Waypoint of the last contact.
+        first, last: Waypoints of the first and of the last contact.
         start: Of the first contact [s].
         depth: Deepest penetration [m].
         meant: Whether the adaptation means to touch it.
@@ -110,19 +108,15 @@ class Report:
             said.append(_unreachable(self.unreachable))
         t = self.tracking
         where = " where it can be reached" if self.unreachable else ""
-        said.append(
-            f"Tracking error {length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)}), at most {length(t.max)} "
-            f"near waypoint {t.waypoint + 1} ({_within(t.max, self.peak_tolerance)})."
-        )
+        usual = f"{length(t.rms)} rms{where} ({_within(t.rms, self.tolerance)})"
+        most = f"{length(t.max)} near waypoint {t.waypoint + 1} ({_within(t.max, self.peak_tolerance)})"
+        said.append(f"Tracking error {usual}, at most {most}.")
         if self.orientation_error is not None:
             said.append(f"The orientation is off by at most {np.degrees(self.orientation_error):.1f} degrees.")
-        said.append(_duration(self))
-        said += [
-            f"Limit reached: {t.limit}, {waypoints(t.first, t.last)}, {100 * t.share:.0f} % of the time."
-            for t in self.limits
-        ]
-        said += ["No limit of the robot itself was reached."] * (not self.limits)
-        said += [c.sentence for c in self.contacts] or ["It touches nothing."]
+        late = f": {self.slowdown:.3g} times as long, because of the robot's limits" if self.slowdown > 1.05 else ""
+        said.append(f"Took {self.achieved:.2f} s, {self.asked:.2f} s asked{late}.")
+        said += [limit.sentence for limit in self.limits] or ["No limit of the robot itself was reached."]
+        said += [contact.sentence for contact in self.contacts] or ["It touches nothing."]
         return (*said, *self.notes)
 
 
@@ -132,29 +126,11 @@ def _within(error: float, tolerance: float) -> str:
 
 def _unreachable(items: tuple[Unreachable, ...]) -> str:
     worst = max(items, key=lambda item: item.distance)
-    indices = [item.waypoint + 1 for item in items]
-    return (
-        f"{counted(len(items), 'waypoint')} cannot be reached ({_ranges(indices)}); the worst is "
-        f"waypoint {worst.waypoint + 1}, {length(worst.distance)} away: {worst.reason}."
-    )
-
-
-def _duration(report: Report) -> str:
-    took = f"Took {report.achieved:.2f} s, {report.asked:.2f} s asked"
-    if report.slowdown > 1.05:
-        return f"{took}: {report.slowdown:.3g} times as long, because of the robot's limits."
-    return f"{took}."
-
-
-def _ranges(indices: list[int]) -> str:
-    """Runs of indices, such as "3-7, 9"."""
-    parts: list[list[int]] = []
-    for i in indices:
-        if parts and i == parts[-1][1] + 1:
-            parts[-1][1] = i
-        else:
-            parts.append([i, i])
-    return ", ".join(str(a) if a == b else f"{a}-{b}" for a, b in parts)
+    numbers = np.array([item.waypoint + 1 for item in items])
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    which = ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
+    far = f"waypoint {worst.waypoint + 1}, {length(worst.distance)} away: {worst.reason}"
+    return f"{counted(len(items), 'waypoint')} cannot be reached ({which}); the worst is {far}."
 
 
 LATE = 1.05
@@ -190,12 +166,8 @@ def assess(
     touched. The base is in the scene's coordinates.
     """
     plan = intent.plan
-    due = interpolate(path.positions, plan.where)
-    tips = log.tips
-    if model.controller == "rover":
-        flat = np.array([1.0, 1.0, 0.0])
-        due, tips = due * flat, tips * flat
-    error = np.linalg.norm(tips - due, axis=1)
+    off = log.tips - interpolate(path.positions, plan.where)
+    error = np.linalg.norm(off[:, :2] if model.controller == "rover" else off, axis=1)
     reached = _reached(plan.where, intent.unreachable, len(path))
     if not reached.any():
         reached[:] = True
@@ -209,9 +181,15 @@ def assess(
         ends = round(float(places.min())), round(float(places.max()))
         contacts.append(Contact(name, *ends, start, depth, name in meant, tuple(links)))
     late = achieved > LATE * asked and achieved - asked > LATE_BY
+    lost: tuple[tuple[Status, bool], ...] = (
+        ("unreachable", bool(intent.unreachable)),
+        ("off course", tracking.rms > model.tolerance or tracking.max > model.peak_tolerance),
+        ("contact", not all(contact.meant for contact in contacts)),
+        ("slowed", late),
+    )
     return Report(
         robot=model.name,
-        status=_status(model, intent.unreachable, tracking, contacts, late=late),
+        status=next((status for status, holds in lost if holds), "followed"),
         base=base,
         tolerance=model.tolerance,
         peak_tolerance=model.peak_tolerance,
@@ -224,23 +202,6 @@ def assess(
         achieved=achieved,
         notes=(*model.notes, *intent.notes),
     )
-
-
-def _status(
-    model: RobotModel,
-    unreachable: tuple[Unreachable, ...],
-    tracking: Tracking,
-    contacts: Sequence[Contact],
-    *,
-    late: bool,
-) -> Status:
-    if unreachable:
-        return "unreachable"
-    if tracking.rms > model.tolerance or tracking.max > model.peak_tolerance:
-        return "off course"
-    if any(not contact.meant for contact in contacts):
-        return "contact"
-    return "slowed" if late else "followed"
 
 
 def _reached(where: Array, unreachable: tuple[Unreachable, ...], n: int) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

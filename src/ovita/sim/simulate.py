@@ -15,7 +15,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim.arm import Arm, Orientation
 from ovita.sim.disturbances import CALM, Disturbances, Plant
-from ovita.sim.models import RobotModel, load_model
+from ovita.sim.models import RobotModel, load_model, mujoco
 from ovita.sim.placement import Base, WorldTransform, arm_base, floor_under, start_base
 from ovita.sim.report import Log, Report, assess
 from ovita.sim.timing import Controller, MotionPlan
@@ -44,7 +44,6 @@ class Simulation:
 
     Args:
         motion: Poses over time, in the scene's coordinates.
-        stage: The simulator's world, for rendering.
         states: (T, Q) MuJoCo's positions at the motion's times.
         frames: (T,) the plan's steps at the motion's times.
     """
@@ -107,19 +106,13 @@ def simulate(
     free = ready.model.controller != "arm"
     plant = None if disturbances.calm else Plant(ready.stage, disturbances, ready.world.signs, free)
     log = _run(ready.stage, ready.controller, plant, progress)
-    report = assess(
-        ready.model,
-        ready.controller.intent,
-        log,
-        ready.path,
-        ready.base,
-        oriented=ready.model.controller == "arm" and orientation == "auto" and trajectory.orientations is not None,
-        meant={scene[name].name for name in contacts if name in scene},
-    )
+    oriented = not free and orientation == "auto" and trajectory.orientations is not None
+    meant, intent = {scene[name].name for name in contacts if name in scene}, ready.controller.intent
+    report = assess(ready.model, intent, log, ready.path, ready.base, oriented=oriented, meant=meant)
     if plant is not None:
         report = replace(report, notes=(disturbances.told, *report.notes))
-    plan = ready.controller.intent.plan
-    return Simulation(_motion(ready, log), report, ready.stage, np.array(log.states), plan, np.array(log.frames))
+    states, frames = np.array(log.states), np.array(log.frames)
+    return Simulation(_motion(ready, log), report, ready.stage, states, intent.plan, frames)
 
 
 def preview(
@@ -135,8 +128,6 @@ def preview(
 
     The arguments and errors are those of `simulate`. A drone is drawn upright.
     """
-    import mujoco
-
     ready = _ready(trajectory, scene or Scene(), robot, base, limits, orientation, False)
     model, steps = ready.stage.model, len(ready.controller.intent.plan)
     data = mujoco.MjData(model)
@@ -163,7 +154,7 @@ def place(trajectories: Sequence[Trajectory], scene: Scene, robot: Name, limits:
     if model.controller != "arm":
         return None
     world = WorldTransform(scene.frame)
-    paths = [world.trajectory(t) for t in trajectories]
+    paths = [world.trajectory(t).positions for t in trajectories]
     return world.base(_place(model, paths, world.scene(scene), None, _turned(limits, world), world)[0])
 
 
@@ -193,54 +184,49 @@ def _ready(
     path, around, within = world.trajectory(trajectory), world.scene(scene), _turned(limits, world)
     if path.duration <= 0:
         raise TrajectoryError("the trajectory goes nowhere: all waypoints are at one place and there is no dwell")
-    stood, ground = _place(model, [path], around, None if base is None else world.base(base), within, world)
+    asked = None if base is None else world.base(base)
+    stood, ground = _place(model, [path.positions], around, asked, within, world)
     stage = build(model, around, stood, ground, solid=solid, workspace=within)
     controller = CONTROLLERS[model.controller](model, stage, path, stood, orientation)
     missed = controller.intent.unreachable
     if len(missed) == len(path):
         nearest = min(missed, key=lambda item: item.distance)
-        raise RequestError(
-            f"no waypoint is within reach of the {model.title} at {world.base(stood).describe()}; the nearest is "
-            f"waypoint {nearest.waypoint + 1}, {nearest.distance:.2f} m away: {nearest.reason}; choose another --base"
-        )
+        where = f"no waypoint is within reach of the {model.title} at {world.base(stood).describe()}"
+        far = f"waypoint {nearest.waypoint + 1}, {nearest.distance:.2f} m away: {nearest.reason}"
+        raise RequestError(f"{where}; the nearest is {far}; choose another --base")
     return _Ready(model, path, world, world.base(stood), stage, controller)
 
 
 def _place(
     model: RobotModel,
-    paths: Sequence[Trajectory],
+    paths: Sequence[Array],
     scene: Scene,
     base: Base | None,
     limits: Robot | None,
     world: WorldTransform,
 ) -> tuple[Base, float]:
-    """Base and height of the ground, in the simulator's coordinates."""
-    low = float(min(t.positions[:, 2].min() for t in paths))
-    if model.controller == "rover":
-        ground = float(np.median(paths[0].positions[:, 2])) if base is None else base.z
-        start = start_base(paths[0], ground)
-        return start if base is None else _at_start(base, start, "rover", world), ground
+    """Base and height of the ground for paths (N, 3), in the simulator's coordinates."""
+    low = float(min(path[:, 2].min() for path in paths))
     floor = floor_under(low, scene)
-    if model.controller == "drone":
-        ground = min(low - 0.03, floor) if base is None else base.z
-        start = replace(start_base(paths[0], ground), yaw=0.0, how="under the start of the trajectory")
-        return start if base is None else _at_start(base, start, "drone", world), ground
-    if base is not None:
-        return base, min(base.z, floor)
-    bare = build(model, Scene(), Base(), 0.0)
-    chosen = arm_base([t.positions for t in paths], scene, limits, *bare.shoulder()[1:])
-    return chosen, min(chosen.z, floor)
-
-
-def _at_start(base: Base, start: Base, kind: str, world: WorldTransform) -> Base:
+    if model.controller == "arm":
+        chosen = base or _arm_base(model, paths, scene, limits)
+        return chosen, min(chosen.z, floor)
+    rolls = model.controller == "rover"
+    start = start_base(paths[0], float(np.median(paths[0][:, 2])) if rolls else min(low - 0.03, floor))
+    start = start if rolls else replace(start, yaw=0.0, how="under the start of the trajectory")
+    if base is None:
+        return start, start.z
     away = float(np.hypot(base.x - start.x, base.y - start.y))
     if away > 0.05:
         start = world.base(start)
-        raise RequestError(
-            f"the base is {away:.2f} m from the start of the trajectory; a {kind} starts there, so leave --base out, "
-            f"or give --base {start.x:.3f},{start.y:.3f},z,yaw for another height of the ground or another heading"
-        )
-    return base
+        where = f"the base is {away:.2f} m from the start of the trajectory; a {model.controller} starts there"
+        hint = f"--base {start.x:.3f},{start.y:.3f},z,yaw for another height of the ground or another heading"
+        raise RequestError(f"{where}, so leave --base out, or give {hint}")
+    return base, base.z
+
+
+def _arm_base(model: RobotModel, paths: Sequence[Array], scene: Scene, limits: Robot | None) -> Base:
+    return arm_base(list(paths), scene, limits, *build(model, Scene(), Base(), 0.0).shoulder()[1:])
 
 
 def _turned(limits: Robot | None, world: WorldTransform) -> Robot | None:
@@ -249,11 +235,10 @@ def _turned(limits: Robot | None, world: WorldTransform) -> Robot | None:
         return None
     space = limits.workspace
     if isinstance(space, Shell):
-        x, y, z = (float(v) for v in np.array(space.center) * world.signs)
-        return replace(limits, workspace=replace(space, center=(x, y, z)))
+        return replace(limits, workspace=replace(space, center=tuple((np.array(space.center) * world.signs).tolist())))
     ends = np.array([space.lower, space.upper]) * world.signs
-    (ax, ay, az), (bx, by, bz) = ends.min(axis=0).tolist(), ends.max(axis=0).tolist()
-    return replace(limits, workspace=Box((ax, ay, az), (bx, by, bz)))
+    low, high = (tuple(end.tolist()) for end in (ends.min(axis=0), ends.max(axis=0)))
+    return replace(limits, workspace=Box(low, high))
 
 
 def _every(timestep: float, steps: int) -> int:
@@ -261,8 +246,6 @@ def _every(timestep: float, steps: int) -> int:
 
 
 def _run(stage: SimWorld, controller: Controller, plant: Plant | None, progress: Callable[[float], None] | None) -> Log:
-    import mujoco
-
     model, data = (stage.model, mujoco.MjData(stage.model)) if plant is None else (plant.model, plant.data)
     controller.pose(data, 0)
     if stage.rolls:
@@ -309,13 +292,7 @@ def _touches(stage: SimWorld, data: Any, step: int, found: dict[tuple[str, ...],
 
 def _motion(ready: _Ready, log: Log) -> Motion:
     plan, world, frames = ready.controller.intent.plan, ready.world, np.array(log.frames)
-    return Motion(
-        ready.stage.names,
-        plan.times[frames],
-        np.array([place for place, _ in log.poses]) * world.signs,
-        world.turned(np.array([turn for _, turn in log.poses])),
-        plan.where[frames],
-        ready.path.time_at(plan.where[frames]),
-        log.tips[frames] * world.signs,
-        ready.stage.shapes(),
-    )
+    places, turns = (np.array(part) for part in zip(*log.poses, strict=True))
+    poses, where = (places * world.signs, world.turned(turns)), plan.where[frames]
+    asked, tips = ready.path.time_at(where), log.tips[frames] * world.signs
+    return Motion(ready.stage.names, plan.times[frames], *poses, where, asked, tips, ready.stage.shapes())

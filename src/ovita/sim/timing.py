@@ -9,6 +9,7 @@ import numpy as np
 
 from ovita.errors import TrajectoryError
 from ovita.paths.trajectory import REST, Array, Trajectory
+from ovita.text import waypoints
 
 SAMPLES = 2000
 """Most samples of a whole route that even spacing adds."""
@@ -48,13 +49,8 @@ def route(trajectory: Trajectory, *, corner: float, stop_angle: float, spacing: 
     """Split a trajectory into moves and dwells.
 
     A robot rests at the start, at the goal, at waypoints with speed 0 and where the path turns by more than
-    `stop_angle`. Every other corner is rounded so that the path stays within about `corner` of it.
-
-    Args:
-        trajectory: In any frame.
-        corner: Greatest distance from the path at a corner [m].
-        stop_angle: [rad].
-        spacing: Of the samples, at most [m]; wider on paths that are very long.
+    `stop_angle` [rad]. Every other corner is rounded so that the path stays within about `corner` [m] of it. Samples
+    are at most `spacing` [m] apart, more on paths that are very long.
     """
     positions, speeds, durations = trajectory.positions, trajectory.speeds, trajectory.durations
     lengths = np.linalg.norm(np.diff(positions, axis=0), axis=1)
@@ -67,15 +63,12 @@ def route(trajectory: Trajectory, *, corner: float, stop_angle: float, spacing: 
             pieces.append(_move(trajectory, legs, corner, even, 0.1 * spacing))
             legs.clear()
 
-    for i, length in enumerate(lengths):
-        if length == 0.0:
-            if durations[i] > 0.0:
-                close()
-                last = pieces[-1] if pieces else None
-                if isinstance(last, Hold) and last.where[1] == i:
-                    pieces[-1] = Hold((last.where[0], i + 1), last.duration + float(durations[i]))
-                else:
-                    pieces.append(Hold((i, i + 1), float(durations[i])))
+    for i in np.flatnonzero((lengths > 0.0) | (durations > 0.0)).tolist():
+        if lengths[i] == 0.0:
+            close()
+            last = pieces.pop() if pieces and isinstance(pieces[-1], Hold) and pieces[-1].where[1] == i else None
+            first, before = (last.where[0], last.duration) if isinstance(last, Hold) else (i, 0.0)
+            pieces.append(Hold((first, i + 1), before + float(durations[i])))
             continue
         if legs and (speeds[i] <= REST or _turn(positions, legs[-1], i) > stop_angle):
             close()
@@ -195,13 +188,8 @@ def timed(arc: Array, where: Array, coordinates: Array, allowed: Array, velocity
     The law is a bound on the speed along the path, the limits are bounds on every coordinate; the fastest motion under
     both, from rest to rest, is found by TOPP-RA (Pham and Pham, IEEE T-RO 34(3), 2018).
 
-    Args:
-        arc: (M,) path length, ascending [m].
-        where: (M,) place on the trajectory.
-        coordinates: (M, D).
-        allowed: (M,) speed along the path that the law asks for [m/s].
-        velocity: (D,) limits on the rates of the coordinates.
-        acceleration: (D,) limits on their second derivatives.
+    At path lengths `arc` (M,) [m], ascending, are places on the trajectory `where` (M,), coordinates (M, D) and speeds
+    along the path that the law allows (M,) [m/s]; velocity and acceleration (D,) limit the coordinates' derivatives.
     """
     import toppra
     from toppra import algorithm, constraint
@@ -211,15 +199,9 @@ def timed(arc: Array, where: Array, coordinates: Array, allowed: Array, velocity
     bounds = np.column_stack([np.tile(velocity, (len(arc), 1)), np.maximum(allowed, 1e-6)])
     cap = {float(s): np.column_stack([-b, b]) for s, b in zip(arc, bounds, strict=True)}
     limit = np.append(acceleration, 1e3)
-    problem = algorithm.TOPPRA(
-        [
-            constraint.JointVelocityConstraintVarying(lambda s: cap[float(s)]),
-            constraint.JointAccelerationConstraint(np.column_stack([-limit, limit])),
-        ],
-        path,
-        gridpoints=arc,
-        solver_wrapper="seidel",
-    )
+    rates = constraint.JointVelocityConstraintVarying(lambda s: cap[float(s)])
+    pushes = constraint.JointAccelerationConstraint(np.column_stack([-limit, limit]))
+    problem = algorithm.TOPPRA([rates, pushes], path, gridpoints=arc, solver_wrapper="seidel")
     problem.compute_parameterization(0.0, 0.0)
     speeds = np.asarray(problem.problem_data.sd_vec, dtype=float)
     if not np.isfinite(speeds).all():
@@ -229,16 +211,12 @@ def timed(arc: Array, where: Array, coordinates: Array, allowed: Array, velocity
     return Piece(times, arc, speeds, where, coordinates)
 
 
-def _cautious(arc: Array, path: object, bounds: Array, limit: Array) -> Array:
+def _cautious(arc: Array, path: Any, bounds: Array, limit: Array) -> Array:
     """Speeds along the path (M,) [m/s] where TOPP-RA finds none: one slow constant speed, with ramps at both ends."""
-    first = np.abs(path(arc, 1))  # type: ignore[operator]
-    second = np.abs(path(arc, 2))  # type: ignore[operator]
-    top = np.min(np.divide(bounds, first, out=np.full_like(bounds, np.inf), where=first > 1e-12))
-    bend = np.divide(0.5 * limit, second, out=np.full_like(second, np.inf), where=second > 1e-12)
-    ramp = np.min(np.divide(0.5 * limit, first, out=np.full_like(first, np.inf), where=first > 1e-12))
-    steady = min(float(top), float(np.sqrt(bend.min())))
+    first, second = (np.maximum(np.abs(path(arc, order)), 1e-12) for order in (1, 2))
+    steady = min(float((bounds / first).min()), float(np.sqrt((0.5 * limit / second).min())))
     left = np.minimum(arc - arc[0], arc[-1] - arc)
-    return np.asarray(np.minimum(steady, np.sqrt(2.0 * float(ramp) * left)))
+    return np.asarray(np.minimum(steady, np.sqrt(2.0 * float((0.5 * limit / first).min()) * left)))
 
 
 def joined(pieces: list[Piece], step: float) -> MotionPlan:
@@ -249,10 +227,8 @@ def joined(pieces: list[Piece], step: float) -> MotionPlan:
     """
     starts = np.concatenate([[0.0], np.cumsum([piece.duration for piece in pieces])])
     if starts[-1] > LONGEST:
-        raise TrajectoryError(
-            f"the motion would take {starts[-1] / 3600:.3g} h, and at most {LONGEST / 3600:g} h can be simulated; "
-            "raise the lowest speeds or cut the trajectory"
-        )
+        long = f"would take {starts[-1] / 3600:.3g} h, and at most {LONGEST / 3600:g} h can be simulated"
+        raise TrajectoryError(f"the motion {long}; raise the lowest speeds or cut the trajectory")
     times = step * np.arange(int(np.ceil(starts[-1] / step)) + 1)
     width = pieces[0].coordinates.shape[1]
     where = np.empty(len(times))
@@ -301,8 +277,7 @@ class Touched:
 
     Args:
         limit: In words, such as "a4 position".
-        first: Waypoint where it was first reached.
-        last: Waypoint where it was last reached.
+        first, last: Waypoints where it was first and last reached.
         share: Of the time, 0..1.
     """
 
@@ -310,6 +285,11 @@ class Touched:
     first: int
     last: int
     share: float
+
+    @property
+    def sentence(self) -> str:
+        """Which limit, where, and for how long."""
+        return f"Limit reached: {self.limit}, {waypoints(self.first, self.last)}, {100 * self.share:.0f} % of the time."
 
 
 @dataclass(frozen=True)

@@ -115,16 +115,12 @@ CRAWL = 0.005
 
 
 class Rover:
-    """Follows a trajectory on the ground.
+    """Follows a trajectory on the ground, in the simulator's coordinates, from its base.
 
     Sharp corners are turned on the spot, others are rounded; TOPP-RA slows the path down where the speed, the turning
     rate or their derivatives would be too high. The rover then catches up with the plan along its heading and steers
     back onto the path like Stanley (Hoffmann et al., ACC 2007); its wheels are driven for a track wider by the slip
     factor.
-
-    Args:
-        trajectory: In the simulator's coordinates.
-        base: Where it starts and which way it faces there.
     """
 
     def __init__(self, robot: RobotModel, stage: SimWorld, trajectory: Trajectory, base: Base) -> None:
@@ -167,13 +163,10 @@ class Rover:
         limits = self.limits
         height = trajectory.positions[:, 2] - self.stage.ground
         flat = trajectory.with_(positions=trajectory.positions * [1.0, 1.0, 0.0])
+        far = [(i, off) for i, off in enumerate(height.tolist()) if abs(off) > LEVEL]
+        why = "it is {:.2f} m {} the ground"
         unreachable = tuple(
-            Unreachable(
-                int(i),
-                float(abs(height[i])),
-                f"it is {abs(height[i]):.2f} m {'above' if height[i] > 0 else 'below'} the ground",
-            )
-            for i in np.nonzero(np.abs(height) > LEVEL)[0]
+            Unreachable(i, abs(off), why.format(abs(off), "above" if off > 0 else "below")) for i, off in far
         )
         pose = np.array([*trajectory.positions[0, :2], self.base.yaw])
         velocity = np.array([limits.max_speed, limits.max_speed, limits.max_turn])
@@ -194,14 +187,11 @@ class Rover:
             allowed = np.minimum(piece.speeds, limits.max_speed)
             done.append(timed(piece.arc, piece.where, path, allowed, velocity, acceleration))
             pose = path[-1]
-        plan = joined(
-            done or [still(self.stage.model.opt.timestep, (0, len(flat) - 1), pose)], self.stage.model.opt.timestep
-        )
-        speed = np.hypot(plan.rates[:, 0], plan.rates[:, 1])
-        touched = (
-            *stretches("speed", speed > 0.98 * limits.max_speed, plan.where),
-            *stretches("turning rate", np.abs(plan.rates[:, 2]) > 0.98 * limits.max_turn, plan.where),
-        )
+        step = self.stage.model.opt.timestep
+        plan = joined(done or [still(step, (0, len(flat) - 1), pose)], step)
+        fast = np.hypot(plan.rates[:, 0], plan.rates[:, 1]) > 0.98 * limits.max_speed
+        touched = stretches("speed", fast, plan.where)
+        touched += stretches("turning rate", np.abs(plan.rates[:, 2]) > 0.98 * limits.max_turn, plan.where)
         notes = (f"It turned on the spot {turns} times.",) if turns > 1 else ()
         return ControlPlan(plan, unreachable, touched, notes)
 
@@ -211,13 +201,11 @@ def _turn(pose: Array, heading: float, where: float, limits: RoverLimits) -> Pie
     angle = _wrapped(heading - pose[2])
     if abs(angle) < STRAIGHT:
         return None
-    n = 41
-    arc = np.linspace(0.0, abs(angle), n)
-    headings = pose[2] + np.sign(angle) * arc
-    poses = np.column_stack([np.full(n, pose[0]), np.full(n, pose[1]), headings])
-    top = np.full(n, 0.7 * limits.max_turn)
+    arc = np.linspace(0.0, abs(angle), 41)
+    poses = pose + np.sign(angle) * arc[:, None] * [0.0, 0.0, 1.0]
+    top, there = np.full(len(arc), 0.7 * limits.max_turn), np.full(len(arc), where)
     wide = np.array([1.0, 1.0, limits.max_turn])
-    return timed(arc, np.full(n, where), poses, top, wide, np.array([1.0, 1.0, 0.5 * limits.turn_acceleration]))
+    return timed(arc, there, poses, top, wide, np.array([1.0, 1.0, 0.5 * limits.turn_acceleration]))
 
 
 def _wrapped(angle: float) -> float:

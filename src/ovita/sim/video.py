@@ -6,7 +6,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ovita.errors import FormatError
 from ovita.io.files import atomic_write
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.sim import render
+from ovita.sim.models import mujoco
 from ovita.sim.placement import WorldTransform
 from ovita.sim.simulate import Simulation, require
 from ovita.sim.world import BOX_GROUP, SimWorld
@@ -31,8 +32,6 @@ _HALF_VIEW = np.tan(np.radians(22.5))
 
 def close_up(camera: Any, extent: float) -> Any:
     """A camera that looks the same way from near."""
-    import mujoco
-
     near = mujoco.MjvCamera()
     near.type, near.azimuth, near.elevation = camera.type, camera.azimuth, camera.elevation
     near.distance = 2.2 * extent
@@ -42,10 +41,7 @@ def close_up(camera: Any, extent: float) -> Any:
 def corner(camera: Any, points: Array, size: tuple[int, int]) -> tuple[int, int]:
     """The corner in which an inset hides the fewest points: 1 or -1 for right or left, and for top or bottom.
 
-    Args:
-        camera: A free one.
-        points: (N, 3) in the simulator's coordinates [m].
-        size: Width and height of the picture.
+    The camera is a free one, the points (N, 3) [m] are in the simulator's coordinates, the size is width and height.
     """
     turn, tilt = np.radians([camera.azimuth, camera.elevation])
     ahead = np.array([np.cos(tilt) * np.cos(turn), np.cos(tilt) * np.sin(turn), np.sin(tilt)])
@@ -99,15 +95,15 @@ def check_video(path: str) -> None:
         MissingExtra: If the video packages are not installed.
         NoRenderer: If no offscreen OpenGL works.
     """
-    if os.path.splitext(path)[1].lower() not in SUFFIXES:
-        raise FormatError(path, f"videos are written as {', '.join(SUFFIXES)}")
     folder = os.path.dirname(os.path.abspath(path))
-    if not os.path.isdir(folder):
-        raise FormatError(path, "cannot be written: its folder does not exist")
-    if os.path.isdir(path):
-        raise FormatError(path, "this is a folder; name a file in it")
-    if not os.access(folder, os.W_OK):
-        raise FormatError(path, "no permission to write here; choose another folder")
+    wrong = {
+        f"videos are written as {', '.join(SUFFIXES)}": os.path.splitext(path)[1].lower() not in SUFFIXES,
+        "cannot be written: its folder does not exist": not os.path.isdir(folder),
+        "this is a folder; name a file in it": os.path.isdir(path),
+        "no permission to write here; choose another folder": not os.access(folder, os.W_OK),
+    }
+    for problem in [problem for problem, holds in wrong.items() if holds]:
+        raise FormatError(path, problem)
     require("PIL", "matplotlib", "imageio_ffmpeg")
     if render.backend() == "disable":
         raise render.NoRenderer
@@ -126,15 +122,7 @@ def save_video(
 ) -> None:
     """Render simulations side by side into a video, atomically: H.264 in .mp4, or a .gif.
 
-    Args:
-        path: Ends in .mp4 or .gif.
-        panes: From left to right; the shorter ones hold their last frame.
-        world: Of their scene.
-        title: Such as the instruction.
-        robot: Its title.
-        fps: Frames per second.
-        scale: Of the picture.
-        progress: Called with the share done, 0..1.
+    Panes go from left to right, the shorter ones hold their last frame; `progress` is called with the share done, 0..1.
 
     Raises:
         FormatError, MissingExtra, NoRenderer: As `check_video` does, and if the file cannot be written.
@@ -184,8 +172,6 @@ class _View:
     def __init__(
         self, pane: Pane, path: Array, camera: Any, world: WorldTransform, size: tuple[int, int], free: tuple[int, int]
     ) -> None:
-        import mujoco
-
         self.pane, self.camera, self.size, self.free = pane, camera, size, free
         self.ahead = (*(0.5 * (1.0 + c) for c in pane.colour[:3]), 1.0)
         stage, motion = pane.simulation.stage, pane.simulation.motion
@@ -205,8 +191,6 @@ class _View:
         self.near = None if extent > SMALL * camera.distance else close_up(camera, extent)
 
     def picture(self, time: float) -> Image:
-        import mujoco
-
         simulation = self.pane.simulation
         motion = simulation.motion
         now = int(np.clip(np.searchsorted(motion.times, time, side="right") - 1, 0, len(motion.times) - 1))
@@ -247,8 +231,6 @@ class _View:
         self.renderer.close()
 
     def _line(self, start: Array, end: Array, rgba: tuple[float, ...], width: float) -> None:
-        import mujoco
-
         if np.linalg.norm(end - start) < 1e-6:
             return
         geom = self._next(mujoco.mjtGeom.mjGEOM_LINE, np.zeros(3), rgba)
@@ -256,16 +238,12 @@ class _View:
             mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_LINE, width, start, end)
 
     def _dot(self, place: Array, rgba: tuple[float, ...], radius: float, label: str = "") -> None:
-        import mujoco
-
         geom = self._next(mujoco.mjtGeom.mjGEOM_SPHERE, np.full(3, radius), rgba)
         if geom is not None:
             geom.pos[:] = place
             geom.label = label
 
     def _next(self, kind: Any, size: Array, rgba: tuple[float, ...]) -> Any:
-        import mujoco
-
         scene = self.renderer.scene
         if scene.ngeom >= scene.maxgeom:
             return None
@@ -325,8 +303,6 @@ class _Letters:
 
 def _camera(panes: Sequence[Pane], paths: list[Array], world: WorldTransform) -> Any:
     """One camera for all panes: around the paths, everywhere the robots go, and the objects that are near."""
-    import mujoco
-
     spots = [*paths, *(pane.simulation.motion.positions.reshape(-1, 3) * world.signs for pane in panes)]
     low = np.min([p.min(axis=0) for p in spots], axis=0)
     high = np.max([p.max(axis=0) for p in spots], axis=0)
@@ -351,8 +327,6 @@ def _camera(panes: Sequence[Pane], paths: list[Array], world: WorldTransform) ->
 
 def _labels(stage: SimWorld) -> list[tuple[str, Array]]:
     """The objects' names, in letters that MuJoCo can draw, and the middle of their tops (3,) [m]."""
-    import mujoco
-
     data = mujoco.MjData(stage.model)
     mujoco.mj_kinematics(stage.model, data)
     found = []
@@ -364,8 +338,6 @@ def _labels(stage: SimWorld) -> list[tuple[str, Array]]:
 
 def _edges(model: Any, longest: float) -> list[tuple[Array, Array]]:
     """The edges of a workspace that is a box, from end to end, unless the box is too large to be seen."""
-    import mujoco
-
     box = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "workspace")
     if box < 0 or model.geom_group[box] != BOX_GROUP or 2.0 * np.linalg.norm(model.geom_size[box]) > longest:
         return []
@@ -380,21 +352,12 @@ def _write_mp4(path: str, pictures: Iterator[Image], fps: int) -> None:
 
     first = next(pictures)
     size = (first.shape[1], first.shape[0])
-    writer = imageio_ffmpeg.write_frames(
-        path,
-        size,
-        fps=fps,
-        codec="libx264",
-        pix_fmt_in="rgb24",
-        pix_fmt_out="yuv420p",
-        macro_block_size=2,
-        output_params=["-crf", "23", "-preset", "veryfast", "-movflags", "+faststart"],
-        ffmpeg_log_level="error",
-    )
+    coded = {"codec": "libx264", "pix_fmt_in": "rgb24", "pix_fmt_out": "yuv420p", "macro_block_size": 2}
+    told = {"output_params": "-crf 23 -preset veryfast -movflags +faststart".split(), "ffmpeg_log_level": "error"}
+    writer = imageio_ffmpeg.write_frames(path, size, fps=fps, **coded, **told)
     writer.send(None)
     try:
-        writer.send(np.ascontiguousarray(first))
-        for picture in pictures:
+        for picture in chain([first], pictures):
             writer.send(np.ascontiguousarray(picture))
     finally:
         writer.close()

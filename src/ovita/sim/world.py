@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import cycle, pairwise
 from typing import Any, Literal
 
 import numpy as np
 
 from ovita.errors import RobotError
 from ovita.limits.problem import is_support
-from ovita.paths.robot import Box, Robot
+from ovita.paths.robot import Box, Robot, Shell
 from ovita.paths.scene import Scene, SceneObject, matrix
 from ovita.paths.trajectory import Array, nlerp
 from ovita.sim.model_files import add_tip, make_arm, read_spec
-from ovita.sim.models import ArmLimits, RobotModel, Tip
+from ovita.sim.models import ArmLimits, RobotModel, Tip, mujoco
 from ovita.sim.placement import Base
 
 Vector = tuple[float, float, float]
@@ -31,8 +31,7 @@ class Shape:
         kind: A box; a sphere; or a cylinder, or capsule, along its own z axis.
         size: Box: full edge lengths. Sphere: (radius, 0, 0). Cylinder: (radius, length, 0). Capsule: (radius, length of
             the cylindrical part, 0). All [m].
-        position: In the body's frame (3,) [m].
-        wxyz: In the body's frame, a unit quaternion.
+        position, wxyz: In the body's frame: (3,) [m], and a unit quaternion.
         rgba: Colour, 0..1 each.
     """
 
@@ -57,7 +56,6 @@ class Motion:
         asked: (T,) the time at which the trajectory itself is at that place [s]; ascending, and the same as `times`
             where the robot keeps up.
         tip: (T, 3) the point of the robot that follows the trajectory [m].
-        shapes: What the bodies look like.
     """
 
     bodies: tuple[str, ...]
@@ -75,12 +73,9 @@ class Motion:
         return float(self.times[-1])
 
     def at(self, time: float, *, clock: Literal["robot", "trajectory"] = "robot") -> tuple[Array, Array]:
-        """Positions (B, 3) [m] and quaternions (B, 4) wxyz at one time, interpolated; held at both ends.
+        """Positions (B, 3) [m] and quaternions (B, 4) wxyz at one time [s], interpolated; held at both ends.
 
-        Args:
-            time: [s].
-            clock: "robot" counts the simulated time; "trajectory" counts the time of the trajectory's own law, as a
-                playhead on the trajectory does.
+        The clock "trajectory" counts the time of the trajectory's own law, as a playhead on the trajectory does.
         """
         frames = np.arange(len(self.times), dtype=float)
         source = np.interp([time], self.times if clock == "robot" else self.asked, frames)
@@ -99,12 +94,8 @@ BOX_GROUP = 4
 
 _OPTIONS = ("timestep", "integrator", "cone", "impratio", "gravity", "density", "viscosity", "iterations", "tolerance")
 _COLORS = (
-    (0.36, 0.6, 0.85),
-    (0.45, 0.7, 0.42),
-    (0.8, 0.5, 0.6),
-    (0.62, 0.55, 0.8),
-    (0.85, 0.68, 0.35),
-    (0.4, 0.7, 0.7),
+    *((0.36, 0.6, 0.85), (0.45, 0.7, 0.42), (0.8, 0.5, 0.6)),
+    *((0.62, 0.55, 0.8), (0.85, 0.68, 0.35), (0.4, 0.7, 0.7)),
 )
 
 
@@ -115,7 +106,6 @@ class SimWorld:
     Args:
         tip: The site that follows the trajectory.
         objects: Name of the scene's object by geom.
-        floor: The floor's geom.
         ground: Its height [m].
         rolls: Whether the robot is meant to touch the floor.
         stand: Position and quaternion (7,) of the robot's base; at the origin for robots that move about.
@@ -143,8 +133,6 @@ class SimWorld:
 
         The shoulder is the second joint, or the first of an arm whose first two axes are parallel.
         """
-        import mujoco
-
         data = mujoco.MjData(self.model)
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_comPos(self.model, data)
@@ -179,11 +167,9 @@ class SimWorld:
 
     def shapes(self) -> tuple[Shape, ...]:
         """The robot's visual shapes; meshes become bounding boxes."""
-        return tuple(
-            _shape(self.model, g, self.bodies.index(int(b)))
-            for g, b in enumerate(self.model.geom_bodyid)
-            if int(b) in self.bodies and self.model.geom_rgba[g, 3] > 0
-        )
+        owners = enumerate(self.model.geom_bodyid.tolist())
+        seen = [(g, b) for g, b in owners if b in self.bodies and self.model.geom_rgba[g, 3] > 0]
+        return tuple(_shape(self.model, geom, self.bodies.index(body)) for geom, body in seen)
 
 
 def build(
@@ -197,8 +183,6 @@ def build(
     Raises:
         RobotError: If the model cannot be loaded, or has no such tip.
     """
-    import mujoco
-
     child = _load(robot)
     world = mujoco.MjSpec()
     world.modelname = robot.name
@@ -210,24 +194,31 @@ def build(
     frame = world.worldbody.add_frame(pos=stand[:3], quat=stand[3:])
     world.attach(child, frame=frame, prefix=PREFIX)
     _furnish(world, base if fixed else None, ground)
-    bulky = [(f"object/{i}", i, item) for i, item in enumerate(scene) if float(np.prod(item.size)) > 0]
-    for name, i, item in bulky:
+    bulky = {f"object/{i}": item for i, item in enumerate(scene) if float(np.prod(item.size)) > 0}
+    colors = {f"object/{i}": color for i, color in zip(range(len(scene)), cycle(_COLORS), strict=False)}
+    for name, item in bulky.items():
         felt = not (rolls and is_support(item))  # a rover stands on the simulator's own floor, not on supports
-        _add_object(world, name, item, _COLORS[i % len(_COLORS)], solid=solid, felt=felt)
-    if workspace is not None and workspace.workspace is not None:
-        _show(world, workspace)
+        _add_object(world, name, item, colors[name], solid=solid, felt=felt)
+    _show(world, None if workspace is None else workspace.workspace)
+    model, tip = _compiled(world, robot)
+    names = {i: model.body(i).name for i in range(model.nbody)}
+    own = {i: name.removeprefix(PREFIX) for i, name in names.items() if name.startswith(PREFIX)}
+    found = {model.geom(name).id: item.name for name, item in bulky.items()}
+    whose = tuple(own), tuple(own.values()), found
+    return SimWorld(model, tip, *whose, model.geom("floor").id, ground, rolls, robot.name, world, stand)
+
+
+def _compiled(world: Any, robot: RobotModel) -> tuple[Any, int]:
+    """MuJoCo's model of a world, and the site of the robot's tip."""
     try:
         model = world.compile()
     except ValueError as error:
         raise RobotError(f"{robot.model}: cannot be compiled: {str(error).splitlines()[0]}") from None
-    tip = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, PREFIX + _tip_name(robot))
+    name = "tip" if isinstance(robot.tip, Tip) else robot.tip
+    tip = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, PREFIX + name)
     if tip < 0:
-        raise RobotError(f"{robot.model}: has no site {_tip_name(robot)!r} for the tip")
-    names = [model.body(i).name for i in range(model.nbody)]
-    bodies = tuple(i for i, name in enumerate(names) if name.startswith(PREFIX))
-    own = tuple(names[i].removeprefix(PREFIX) for i in bodies)
-    found = {model.geom(name).id: item.name for name, _, item in bulky}
-    return SimWorld(model, tip, bodies, own, found, model.geom("floor").id, ground, rolls, robot.name, world, stand)
+        raise RobotError(f"{robot.model}: has no site {name!r} for the tip")
+    return model, tip
 
 
 def _load(robot: RobotModel) -> Any:
@@ -239,31 +230,17 @@ def _load(robot: RobotModel) -> Any:
     return spec
 
 
-def _tip_name(robot: RobotModel) -> str:
-    return "tip" if isinstance(robot.tip, Tip) else robot.tip
-
-
 def _furnish(world: Any, base: Base | None, ground: float) -> None:
     """Light, sky, the floor, and a pedestal where an arm stands above it."""
-    import mujoco
-
     kinds = mujoco.mjtGeom
     world.visual.global_.offwidth, world.visual.global_.offheight = 1920, 1080
-    world.visual.headlight.ambient = [0.45, 0.45, 0.45]
-    world.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    world.visual.headlight.specular = [0.1, 0.1, 0.1]
-    world.worldbody.add_light(
-        pos=[0, 0, ground + 6], dir=[0.2, 0.3, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, diffuse=[0.45] * 3
-    )
-    world.add_texture(
-        name="tiles",
-        type=mujoco.mjtTexture.mjTEXTURE_2D,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-        rgb1=[0.87, 0.88, 0.9],
-        rgb2=[0.8, 0.82, 0.85],
-        width=256,
-        height=256,
-    )
+    for light, level in (("ambient", 0.45), ("diffuse", 0.35), ("specular", 0.1)):
+        setattr(world.visual.headlight, light, [level] * 3)
+    above = {"pos": [0, 0, ground + 6], "dir": [0.2, 0.3, -1], "diffuse": [0.45] * 3}
+    world.worldbody.add_light(type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, **above)
+    checker, flat = mujoco.mjtBuiltin.mjBUILTIN_CHECKER, mujoco.mjtTexture.mjTEXTURE_2D
+    grey = {"rgb1": [0.87, 0.88, 0.9], "rgb2": [0.8, 0.82, 0.85]}
+    world.add_texture(name="tiles", type=flat, builtin=checker, width=256, height=256, **grey)
     tiles = world.add_material(name="tiles", texrepeat=[1, 1], texuniform=True, reflectance=0.0)
     tiles.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "tiles"
     sky = world.add_texture(name="sky", type=mujoco.mjtTexture.mjTEXTURE_SKYBOX, width=64, height=384)
@@ -279,8 +256,6 @@ def _furnish(world: Any, base: Base | None, ground: float) -> None:
 
 
 def _add_object(world: Any, name: str, item: SceneObject, color: Vector, *, solid: bool, felt: bool) -> None:
-    import mujoco
-
     body = world.worldbody.add_body(name=name, pos=item.position, quat=item.orientation)
     geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, size=0.5 * item.size)
     geom.rgba, geom.margin, geom.gap = ([*color, 1.0], 0.0, 0.0) if solid else ([*color, 0.85], -10.0, 10.0)
@@ -288,12 +263,10 @@ def _add_object(world: Any, name: str, item: SceneObject, color: Vector, *, soli
         geom.contype = geom.conaffinity = 0
 
 
-def _show(world: Any, robot: Robot) -> None:
-    """Show the workspace as a transparent body that touches nothing."""
-    import mujoco
-
-    space = robot.workspace
-    assert space is not None
+def _show(world: Any, space: Box | Shell | None) -> None:
+    """Show a workspace as a transparent body that touches nothing."""
+    if space is None:
+        return
     look: dict[str, Any] = {"name": "workspace", "rgba": [0.2, 0.5, 0.9, 0.05], "contype": 0, "conaffinity": 0}
     if isinstance(space, Box):
         low, high = np.array(space.lower), np.array(space.upper)
@@ -305,18 +278,17 @@ def _show(world: Any, robot: Robot) -> None:
 
 
 def _shape(model: Any, geom: int, body: int) -> Shape:
-    import mujoco
-
-    kinds = mujoco.mjtGeom
-    scales: dict[Any, tuple[Any, Vector]] = {
-        kinds.mjGEOM_SPHERE: ("sphere", (1.0, 0.0, 0.0)),
-        kinds.mjGEOM_CYLINDER: ("cylinder", (1.0, 2.0, 0.0)),
-        kinds.mjGEOM_CAPSULE: ("capsule", (1.0, 2.0, 0.0)),
-    }
     kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
     place, turn = model.geom_pos[geom], model.geom_quat[geom]
-    name, scale = scales.get(kind, ("box", (2.0, 2.0, 2.0)))
-    if name == "box" and kind != kinds.mjGEOM_BOX:
+    name, scale = _SCALES.get(kind.name, ("box", (2.0, 2.0, 2.0)))
+    if name == "box" and kind != mujoco.mjtGeom.mjGEOM_BOX:
         place, size = place + matrix(turn) @ model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
     looks: list[Any] = [tuple(map(float, row)) for row in (size * scale, place, turn, model.geom_rgba[geom])]
     return Shape(body, name, *looks)
+
+
+_SCALES: dict[str, tuple[Any, Vector]] = {
+    "mjGEOM_SPHERE": ("sphere", (1.0, 0.0, 0.0)),
+    "mjGEOM_CYLINDER": ("cylinder", (1.0, 2.0, 0.0)),
+    "mjGEOM_CAPSULE": ("capsule", (1.0, 2.0, 0.0)),
+}

@@ -11,7 +11,7 @@ from ovita.limits import ConstraintOptions
 from ovita.paths.correspondence import correspond
 from ovita.paths.geometry import path_distances
 from ovita.paths.robot import UNLIMITED, Robot
-from ovita.paths.trajectory import Array, Trajectory, interpolate, nlerp
+from ovita.paths.trajectory import Trajectory, interpolate, nlerp
 from ovita.request import FeedbackOn, Request
 from ovita.result import Adaptation, accept
 from ovita.sources.skills import REACHED, Skill
@@ -26,7 +26,6 @@ class AdaptedSkill:
 
     Args:
         skill: With its mean where the instruction put it; as it was where nothing was done.
-        result: The adaptation of its mean.
         notes: What a skill cannot keep of it, each a sentence.
     """
 
@@ -51,14 +50,8 @@ def adapt_skill(
     kept exactly. Each phase is moved by as much as the instruction moved its waypoint, in the world's axes, and gets
     its new speed. The limits are enforced on the mean as it was shown, not on what is generated later.
 
-    Args:
-        skill: To adapt.
-        instruction: What should change.
-        on: Whether the instruction is about the skill as it is now, or about what was shown.
-        robot: The limits.
-        writer: A policy writer or its name.
-        constraints: How limits are enforced.
-        accepting: Whether a reading that is not certain is done without asking.
+    The instruction is about the skill as it is now, or on "original" about what was shown; with `accepting`, a reading
+    that is not certain is done without asking.
 
     Raises:
         RequestError: If the instruction is empty or too long.
@@ -76,21 +69,19 @@ def adapt_skill(
 
 def moved(skill: Skill, mean: Trajectory, result: Adaptation) -> tuple[Skill, Adaptation, tuple[str, ...]]:
     """The skill with its mean where an adaptation of that mean put it, and what could not be kept."""
-    phases = np.linspace(0.0, 1.0, len(mean))
-    adapted, notes = result.adapted, []
-    there = _matched(mean, adapted)
-    gap = _gap(adapted, there.positions)
-    if gap > REACHED * skill.size:
-        spread = adapted.resample(len(mean))
-        if _gap(adapted, spread.positions) < gap:
-            there = spread
-            notes.append("the path was drawn anew, so the variance now belongs to shares of its length")
-        gap = _gap(adapted, there.positions)
-    if gap > REACHED * skill.size:
-        notes.append(f"{counted(len(phases), 'phase')} do not hold every turn of it: it is off by up to {length(gap)}")
+    adapted, notes, most = result.adapted, [], REACHED * skill.size
+    there, spread = _matched(mean, adapted), adapted.resample(len(mean))
+    gap, other = (float(path_distances(one.positions, adapted.positions).max()) for one in (there, spread))
+    if gap > most and other < gap:
+        there, gap = spread, other
+        notes.append("the path was drawn anew, so the variance now belongs to shares of its length")
+    if gap > most:
+        notes.append(f"{counted(len(mean), 'phase')} do not hold every turn of it: it is off by up to {length(gap)}")
     if adapted.dwells.sum() > mean.dwells.sum():
         notes.append("a skill keeps no pauses; they are left out")
-    by = _by(skill, mean, there)
+    by, base = there.positions - mean.positions, skill.base()
+    if base is not None and mean.orientations is not None and there.orientations is not None:
+        by = np.column_stack([by, logarithm(base, there.orientations) - logarithm(base, mean.orientations)])
     offset = by if skill.offset is None else skill.offset + by
     doubts = (*skill.notes, result.verdict) if result.verdict else skill.notes
     edits = (*skill.edits, result.instruction)
@@ -108,17 +99,3 @@ def _matched(mean: Trajectory, adapted: Trajectory) -> Trajectory:
     turns = None if adapted.orientations is None else nlerp(adapted.orientations, where)
     speeds = interpolate(adapted.speeds[:, None], where)[:, 0]
     return Trajectory(interpolate(adapted.positions, where), speeds, turns, adapted.timestep)
-
-
-def _gap(adapted: Trajectory, positions: Array) -> float:
-    """How far an adapted path is from what a skill keeps of it, at most [m]."""
-    return float(path_distances(positions, adapted.positions).max())
-
-
-def _by(skill: Skill, mean: Trajectory, there: Trajectory) -> Array:
-    """By how much each phase moved, as vectors (T, d)."""
-    by = there.positions - mean.positions
-    base = skill.base()
-    if base is None or mean.orientations is None or there.orientations is None:
-        return by
-    return np.column_stack([by, logarithm(base, there.orientations) - logarithm(base, mean.orientations)])

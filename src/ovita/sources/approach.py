@@ -12,7 +12,7 @@ from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length
 from ovita.sim import Base
-from ovita.sim.models import ArmLimits, RobotModel
+from ovita.sim.models import ArmLimits, RobotModel, mujoco
 from ovita.sim.placement import WorldTransform
 from ovita.sim.timing import joined, timed
 from ovita.sim.world import build
@@ -86,8 +86,6 @@ def _slow(cell: Cell, rows: Array, motion: JointMotion) -> JointMotion:
 
 def _tip(model: RobotModel, scene: Scene, base: Base, joints: Array) -> Array:
     """Where the tip is at some joints, (3,) [m] in the scene's coordinates."""
-    import mujoco
-
     world = WorldTransform(scene.frame)
     stage = build(model, Scene(), world.base(base), 0.0)
     data = mujoco.MjData(stage.model)

@@ -78,21 +78,14 @@ def read_demonstrations(
     frame: str | None = None,
     choices: Choices = NONE,
 ) -> tuple[Task, ...]:
-    """Read demonstrations, one a file of any format, or a folder of LeRobot episodes.
-
-    Args:
-        places: Files, bags, or folders of a LeRobot data set.
-        scene_file: Objects for files that hold none.
-        frame: Which way is left, as in `open_task`.
-        choices: What a format leaves open, such as the topic of a bag.
+    """Read demonstrations, one a file of any format, or a folder of LeRobot episodes; options as in `open_task`.
 
     Raises:
         FormatError: If a file cannot be read.
         MissingExtra: If a format needs a package that is not installed.
     """
     tasks: list[Task] = []
-    for given in places:
-        place = os.fspath(given)
+    for place in [os.fspath(place) for place in places]:
         if is_data_set(place):
             tasks += episodes(place)
         else:
@@ -108,9 +101,7 @@ def named(tasks: Sequence[Task]) -> tuple[Task, ...]:
 def compared(tasks: Sequence[Task], seen: Sequence[Array]) -> tuple[str, ...]:
     """Check that demonstrations show one movement, and say what is doubtful about them.
 
-    Args:
-        tasks: The demonstrations.
-        seen: Their positions (N, 3) [m] in the task frame in which they should agree.
+    They should agree in the task frame in which their positions (N, 3) [m] are seen.
 
     Raises:
         FormatError: If one is in another frame or unit, or runs the other way, than the others.
@@ -123,11 +114,11 @@ def compared(tasks: Sequence[Task], seen: Sequence[Array]) -> tuple[str, ...]:
     middle = int(np.argmin(np.minimum(forward, backward).sum(axis=1)))
     _same_direction(tasks, backward[middle] < BACKWARDS * forward[middle])
     usual = max(float(np.median(np.delete(forward[middle], middle))) if len(tasks) > 1 else 0.0, 0.02 * sizes.max())
+    far = [(task, gap) for task, gap in zip(tasks, forward[middle], strict=True) if gap > APART * usual]
     return tuple(
-        f"{task.path} lies {length(forward[middle, i])} from {tasks[middle].path} on average, "
-        f"{forward[middle, i] / usual:.0f} times as far as is usual; leave it out if it shows something else"
-        for i, task in enumerate(tasks)
-        if forward[middle, i] > APART * usual
+        f"{task.path} lies {length(gap)} from {tasks[middle].path} on average, {gap / usual:.0f} times as far as is "
+        "usual; leave it out if it shows something else"
+        for task, gap in far
     )
 
 
@@ -137,10 +128,7 @@ def aligned(trajectories: Sequence[Trajectory], seen: Sequence[Array], by: Align
     "dtw" and "arc_length" go by the path, so that a demonstrator's pace does not matter; the speeds are those shown at
     each place.
 
-    Args:
-        trajectories: In the world.
-        seen: Their positions (N, 3) [m] in the task frame in which they should agree.
-        by: What belongs together.
+    The trajectories are in the world, and seen (N, 3) [m] in the task frame in which they should agree.
     """
     if any(one.orientations is None for one in trajectories):
         trajectories = [replace(one, orientations=None) for one in trajectories]
@@ -151,10 +139,8 @@ def aligned(trajectories: Sequence[Trajectory], seen: Sequence[Array], by: Align
     pairs = list(zip(trajectories, sources, strict=True))
     positions = np.stack([interpolate(one.positions, at) for one, at in pairs])
     speeds = np.stack([interpolate(one.speeds[:, None], at)[:, 0] for one, at in pairs])
-    turns = [_turned(one, at) for one, at in pairs]
-    whole = [one for one in turns if one is not None]
-    orientations = np.stack(whole) if len(whole) == len(turns) else None
-    return Aligned(np.linspace(0.0, 1.0, SAMPLES), positions, orientations, speeds)
+    turns = [nlerp(one.orientations, at) for one, at in pairs if one.orientations is not None]
+    return Aligned(np.linspace(0.0, 1.0, SAMPLES), positions, np.stack(turns) if turns else None, speeds)
 
 
 def without_orientations(tasks: Sequence[Task]) -> tuple[str, ...]:
@@ -176,11 +162,9 @@ def _same_frame(tasks: Sequence[Task]) -> None:
     first = tasks[0]
     for task in tasks[1:]:
         if task.scene.frame != first.scene.frame:
-            raise FormatError(
-                task.path,
-                f"is in the frame {task.scene.frame.name}, but {first.path} in {first.scene.frame.name}; "
-                f"name the one that holds for all: --frame {first.scene.frame.name}",
-            )
+            usual = first.scene.frame.name
+            odd = f"is in the frame {task.scene.frame.name}, but {first.path} in {usual}"
+            raise FormatError(task.path, f"{odd}; name the one that holds for all: --frame {usual}")
 
 
 def _same_unit(tasks: Sequence[Task], sizes: Array) -> None:
@@ -189,15 +173,11 @@ def _same_unit(tasks: Sequence[Task], sizes: Array) -> None:
             raise FormatError(task.path, "never leaves its place; a demonstration shows a movement")
     # With two, the one that is larger than any robot's way is more likely to be the one in millimetres.
     usual = float(np.median(sizes)) if len(sizes) > 2 else float(sizes.min())
-    ratios = sizes / usual
-    i = int(np.argmax(np.abs(np.log(ratios))))
-    if max(ratios[i], 1.0 / ratios[i]) > UNEQUAL:
-        times = ratios[i] if ratios[i] > 1.0 else 1.0 / ratios[i]
-        word = "as large as" if ratios[i] > 1.0 else "smaller than"
-        raise FormatError(
-            tasks[i].path,
-            f"is {times:.3g} times {word} the others ({length(sizes[i])} across); is it in metres?",
-        )
+    times = np.maximum(sizes / usual, usual / sizes)
+    i = int(np.argmax(times))
+    if times[i] > UNEQUAL:
+        odd = f"is {times[i]:.3g} times {'as large as' if sizes[i] > usual else 'smaller than'} the others"
+        raise FormatError(tasks[i].path, f"{odd} ({length(sizes[i])} across); is it in metres?")
 
 
 def _same_direction(tasks: Sequence[Task], flipped: NDArray[np.bool_]) -> None:
@@ -224,10 +204,6 @@ def _sources(trajectory: Trajectory, by: Alignment) -> Array:
     return source_indices(trajectory.positions, SAMPLES, "arc_length")
 
 
-def _turned(trajectory: Trajectory, at: Array) -> Array | None:
-    return None if trajectory.orientations is None else nlerp(trajectory.orientations, at)
-
-
 def _warped(trajectories: Sequence[Trajectory], sources: Sequence[Array]) -> list[Array]:
     """The fractional waypoints (T,) after every demonstration was warped to the middle one."""
     rows = np.stack([_signature(one, at) for one, at in zip(trajectories, sources, strict=True)])
@@ -240,9 +216,11 @@ def _warped(trajectories: Sequence[Trajectory], sources: Sequence[Array]) -> lis
 def _signature(trajectory: Trajectory, at: Array) -> Array:
     """What an alignment compares (T, 3 or 6) [m]: position from the start on, and how far it has turned."""
     positions = interpolate(trajectory.positions, at)
-    turns = _turned(trajectory, at)
     moved = positions - positions[0]
-    return moved if turns is None else np.column_stack([moved, LEVER * logarithm(turns[0], turns)])
+    if trajectory.orientations is None:
+        return np.asarray(moved)
+    turns = nlerp(trajectory.orientations, at)
+    return np.column_stack([moved, LEVER * logarithm(turns[0], turns)])
 
 
 def warp(template: Array, rows: Array) -> Array:
@@ -280,13 +258,9 @@ def _cheapest(cost: Array) -> tuple[Array, Array]:
     way = [(count, count)]
     while way[-1] != (1, 1):
         i, j = way[-1]
-        aside = (1.0 + DETOUR) * cost[i - 1, j - 1]
-        options = {
-            (i - 1, j - 1): total[i - 1, j - 1] + cost[i - 1, j - 1],
-            (i - 1, j): total[i - 1, j] + aside,
-            (i, j - 1): total[i, j - 1] + aside,
-        }
-        way.append(min(options, key=lambda place: options[place]))
+        here = cost[i - 1, j - 1]
+        options = {(i - 1, j - 1): here, (i - 1, j): (1.0 + DETOUR) * here, (i, j - 1): (1.0 + DETOUR) * here}
+        way.append(min(options, key=lambda place: total[place] + options[place]))
     rows, columns = np.array(way[::-1]).T - 1
     return rows, columns
 
@@ -299,12 +273,9 @@ def too_few(count: int, kind: str) -> tuple[str, ...]:
     """
     if count == 0:
         raise RequestError("there is no demonstration; name at least one file")
-    if kind == "dmp":
+    if kind == "dmp" or count > 2:
         return ()
     if count == 1:
-        raise RequestError(
-            f"one demonstration shows no variance, which a {kind} is made of; show more, or use --kind dmp"
-        )
-    if count == 2:
-        return (f"two demonstrations are too few for a covariance; {_OF_TWO.get(kind, 'it is a guess')}",)
-    return ()
+        lack = f"one demonstration shows no variance, which a {kind} is made of"
+        raise RequestError(f"{lack}; show more, or use --kind dmp")
+    return (f"two demonstrations are too few for a covariance; {_OF_TWO.get(kind, 'it is a guess')}",)

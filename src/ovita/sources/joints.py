@@ -27,10 +27,10 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, arc_length
 from ovita.sim import Base, WorldTransform, load_model, place, require
 from ovita.sim.arm import DAMPING, STIFFNESS, Kinematics
-from ovita.sim.models import ArmLimits, RobotModel
+from ovita.sim.models import ArmLimits, RobotModel, mujoco
 from ovita.sim.placement import floor_under
 from ovita.sim.timing import timed
-from ovita.sim.world import PREFIX, SimWorld, build
+from ovita.sim.world import SimWorld, build
 from ovita.sources.planner import Plan, PlanRequest, Progress
 from ovita.sources.sampling import clearance_of, shortened, solve
 from ovita.text import length, number, point
@@ -106,15 +106,11 @@ class Cell:
     """An arm among the objects of a scene, asked for contacts.
 
     Args:
-        request: With scene and limits.
-        model: The arm.
         base: Where it stands in scene coordinates.
         stage: The simulator's world; the objects are grown by the robot's margin.
     """
 
     def __init__(self, request: PlanRequest, model: RobotModel, base: Base, stage: SimWorld) -> None:
-        import mujoco
-
         assert isinstance(model.limits, ArmLimits)
         self.request, self.model, self.base, self.stage, self.limits = request, model, base, stage, model.limits
         self.world = WorldTransform(request.scene.frame)
@@ -129,24 +125,18 @@ class Cell:
     @classmethod
     def of(cls, request: PlanRequest, model: RobotModel, base: Base | None) -> Cell:
         """The cell of a request, the arm placed where it reaches most of the straight way."""
-        line = Trajectory(request.corners, np.full(len(request.corners), 0.1)).resample(20)
-        chosen = base or place([line], request.scene, model, request.robot)
-        assert chosen is not None
+        chosen = base or _base_of(request, model)
         grown = replace(request.scene, objects=tuple(_grown(o, request.robot.obstacle_margin) for o in request.scene))
         return cls(request, model, chosen, stage_of(model, grown, chosen, request))
 
     def tip(self, joints: Sequence[float] | Array) -> Array:
         """Where the tip is, (3,) [m] in the scene's coordinates; moves the simulated arm there."""
-        import mujoco
-
         self.data.qpos[:] = joints
         mujoco.mj_kinematics(self.stage.model, self.data)
         return np.array(self.data.site_xpos[self.stage.tip] * self.world.signs)
 
     def free(self, joints: Sequence[float]) -> bool:
         """Whether a posture touches nothing and its tip is where a path may be."""
-        import mujoco
-
         tip = self.tip(joints)
         if (tip < self.lower - 1e-6).any() or (tip > self.upper + 1e-6).any() or self.clearance(tip.tolist()) < 0.0:
             return False
@@ -211,17 +201,9 @@ class Cell:
         near = min(goals, key=lambda goal: float(np.abs(goal - start).max()))
         if self.passable(start.tolist(), near.tolist()):
             return np.array([start, near])
-        path = solve(
-            "rrt_connect",
-            self.box,
-            self.free,
-            start.tolist(),
-            [goal.tolist() for goal in goals],
-            seed,
-            max(seconds, 0.01),
-            passable=self.passable,
-            progress=progress,
-        )
+        ends, left = [goal.tolist() for goal in goals], max(seconds, 0.01)
+        how: Any = {"seed": seed, "seconds": left, "passable": self.passable, "progress": progress}
+        path = solve("rrt_connect", self.box, self.free, start.tolist(), ends, **how)
         return None if path is None else shortened(path, self.passable, SHORTCUTS)
 
 
@@ -252,15 +234,10 @@ def _timed(name: str, request: PlanRequest, cell: Cell, corners: Array, started:
     speeds = limit_speeds(piece.speeds * steps, tips, dynamics(request.robot, options))
     path = Trajectory(tips, speeds)
     checks = verify(path, request.scene, request.robot, proposed=path, original=path, options=options)
-    problems = tuple(
-        f"The tip breaks the {c.name} limit ({c.limit}) by {number(c.violation_after)} {c.unit}; try another seed."
-        for c in checks
-        if not c.held
-    )
-    names = tuple(cell.stage.model.joint(j).name.removeprefix(PREFIX) for j in range(cell.stage.model.njnt))
-    motion = JointMotion(
-        names, joints, np.maximum.accumulate(path.times + 1e-6 * np.arange(len(path))), None, request.scene.frame
-    )
+    broken = [(f"{c.name} limit ({c.limit})", f"{number(c.violation_after)} {c.unit}") for c in checks if not c.held]
+    problems = tuple(f"The tip breaks the {limit} by {amount}; try another seed." for limit, amount in broken)
+    times = np.maximum.accumulate(path.times + 1e-6 * np.arange(len(path)))
+    motion = JointMotion(cell.stage.joints, joints, times, None, request.scene.frame)
     b = cell.base
     where = f"The {cell.model.title} stands at --base {b.x:.3f},{b.y:.3f},{b.z:.3f},{b.yaw:.3f}."
     passed = [float(path_distances(tips, anchor.position[None])[0]) for anchor in request.via]
@@ -290,11 +267,9 @@ def touched(plan: Plan, arm: str = "iiwa", base: Base | None = None) -> tuple[di
 
     The objects have their own size; torques cancel gravity and inertia and pull onto the motion.
     """
-    import mujoco
-
     assert plan.motion is not None
     request, model = plan.request, load_model(arm)
-    stage = stage_of(model, request.scene, base or _base_of(plan, model), request)
+    stage = stage_of(model, request.scene, base or _base_of(request, model), request)
     data: Any = mujoco.MjData(stage.model)
     times, rows = plan.motion.times, plan.motion.positions
     dt = float(stage.model.opt.timestep)
@@ -318,8 +293,9 @@ def touched(plan: Plan, arm: str = "iiwa", base: Base | None = None) -> tuple[di
     return found, worst
 
 
-def _base_of(plan: Plan, model: RobotModel) -> Base:
-    line = Trajectory(plan.request.corners, np.full(len(plan.request.corners), 0.1)).resample(20)
-    base = place([line], plan.request.scene, model, plan.request.robot)
+def _base_of(request: PlanRequest, model: RobotModel) -> Base:
+    """Where an arm reaches most of the straight way."""
+    line = Trajectory(request.corners, np.full(len(request.corners), 0.1)).resample(20)
+    base = place([line], request.scene, model, request.robot)
     assert base is not None
     return base

@@ -14,7 +14,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.sources import demonstrations
 from ovita.sources.demonstrations import Aligned, Alignment, read_demonstrations
 from ovita.sources.dmp import Dmp
-from ovita.sources.promp import Promp
+from ovita.sources.probabilistic import Promp
 from ovita.sources.skills import FINEST, FRAMED, KINDS, Model, Moments, Skill, SkillKind
 from ovita.sources.taskframes import (
     GOAL,

@@ -15,7 +15,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -48,40 +48,6 @@ CLOSE, PRICE = 0.4, 1e3
 """Obstacles within CLOSE [m] of the reference count; breaking their planes costs PRICE per metre."""
 
 
-class VehicleModel(Protocol):
-    """A model in discrete time with a state z whose first entries are the position."""
-
-    @property
-    def most(self) -> Array:
-        """Largest inputs (m,)."""
-        ...
-
-    @property
-    def weights(self) -> tuple[Array, Array]:
-        """Q of the state's error (n,) and R of the inputs (m,)."""
-        ...
-
-    def state(self, path: Trajectory, moments: Array, rate: float) -> Array:
-        """States (K, n) that the path asks for at some moments, at a share of its speed."""
-        ...
-
-    def linear(self, z: Array) -> tuple[Array, Array, Array]:
-        """A (n, n), B (n, m) and c (n,) of the model near a state."""
-        ...
-
-    def step(self, z: Array, u: Array) -> Array:
-        """The state one timestep later."""
-        ...
-
-    def speed(self, z: Array) -> tuple[Array, float]:
-        """The speed's gradient (n,) and its largest value [m/s]."""
-        ...
-
-    def behind(self, z: Array, r: Array) -> float:
-        """How well the robot keeps up with a state of the reference: 1 it does, 0 the reference has to wait."""
-        ...
-
-
 @dataclass(frozen=True)
 class DoubleIntegrator:
     """A drone: position and velocity (6,), its input the acceleration (3,)."""
@@ -91,40 +57,40 @@ class DoubleIntegrator:
 
     @property
     def weights(self) -> tuple[Array, Array]:
-        """Q and R."""
+        """Q of the state's error (n,) and R of the inputs (m,)."""
         return np.array([60.0] * 3 + [4.0] * 3), np.full(3, 0.02)
 
     @property
     def most(self) -> Array:
-        """Largest inputs."""
+        """Largest inputs (m,)."""
         return np.full(3, self.acceleration / np.sqrt(3.0))
 
     def state(self, path: Trajectory, moments: Array, rate: float) -> Array:
-        """What the path asks for."""
+        """States (K, n) that the path asks for at some moments, at a share of its speed."""
         at = path.at(moments)
         ahead = path.at(moments + 0.05 * TIMESTEP).positions - path.at(moments - 0.05 * TIMESTEP).positions
         directions = ahead / np.maximum(lengths(ahead), 1e-12)[:, None]
         return np.hstack([at.positions, rate * at.speeds[:, None] * directions])
 
     def linear(self, z: Array) -> tuple[Array, Array, Array]:
-        """The model near a state."""
+        """A (n, n), B (n, m) and c (n,) of the model near a state."""
         a, b = np.eye(6), np.zeros((6, 3))
         a[:3, 3:] = TIMESTEP * np.eye(3)
         b[:3], b[3:] = 0.5 * TIMESTEP**2 * np.eye(3), TIMESTEP * np.eye(3)
         return a, b, np.zeros(6)
 
     def step(self, z: Array, u: Array) -> Array:
-        """One timestep on."""
+        """The state one timestep later."""
         a, b, _ = self.linear(z)
         return np.asarray(a @ z + b @ u)
 
     def speed(self, z: Array) -> tuple[Array, float]:
-        """The speed, linear in the state."""
+        """The speed's gradient (n,) and its largest value [m/s]."""
         size = float(np.linalg.norm(z[3:]))
         return np.concatenate([np.zeros(3), z[3:] / max(size, 1e-9)]), self.top
 
     def behind(self, z: Array, r: Array) -> float:
-        """1 where it keeps up, 0 where the reference has to wait."""
+        """How well the robot keeps up with a state of the reference: 1 it does, 0 the reference has to wait."""
         return float(np.clip(1.0 - np.linalg.norm(z[:3] - r[:3]) / LAG, 0.0, 1.0))
 
 
@@ -173,10 +139,8 @@ class Unicycle:
         for _ in range(parts):
             x, y, heading, v = z
             v_next = max(v + fine * u[0], 0.0)
-            middle, mean = heading + 0.5 * fine * u[1], 0.5 * (v + v_next)
-            z = np.array(
-                [x + fine * mean * np.cos(middle), y + fine * mean * np.sin(middle), heading + fine * u[1], v_next]
-            )
+            middle, way = heading + 0.5 * fine * u[1], fine * 0.5 * (v + v_next)
+            z = np.array([x + way * np.cos(middle), y + way * np.sin(middle), heading + fine * u[1], v_next])
         return z
 
     def speed(self, z: Array) -> tuple[Array, float]:
@@ -187,6 +151,10 @@ class Unicycle:
         """1 where it keeps up, 0 where the reference has to wait."""
         off = float(np.clip(1.0 - np.linalg.norm(z[:2] - r[:2]) / LAG, 0.0, 1.0))
         return off * max(float(np.cos(z[2] - r[2])), 0.0)
+
+
+VehicleModel: TypeAlias = DoubleIntegrator | Unicycle
+"""A model in discrete time with a state z (n,) whose first entries are the position, and inputs u (m,)."""
 
 
 @dataclass(frozen=True)
@@ -208,10 +176,8 @@ class TrackingPlanner:
         most = min(4.0 * reference.trajectory.duration + 10.0, 600.0)
         states = rollout(vehicle, reference.trajectory, bodies, most, started + request.time_limit, progress)
         if states is None:
-            why = (
-                f"The controller did not come to the goal within {most:.0f} s on the way or the time limit; allow more."
-            )
-            return Plan(self.name, request, problems=(why,), seconds=time.perf_counter() - started)
+            why = f"The controller did not come to the goal within {most:.0f} s on the way or the time limit"
+            return Plan(self.name, request, problems=(f"{why}; allow more.",), seconds=time.perf_counter() - started)
         return _measured(self.name, request, vehicle, reference.trajectory, states, started)
 
 
@@ -221,19 +187,13 @@ def _reference(request: PlanRequest) -> Plan:
     vehicle = _limits(robot)
     acceleration = SHARE * 0.5 * min(robot.max_acceleration or np.inf, vehicle.acceleration)
     bends = min(robot.max_lateral_acceleration or np.inf, 0.5 * vehicle.acceleration)
-    found: Plan | None = None
+    careful = replace(robot, max_acceleration=acceleration, max_lateral_acceleration=bends)
     for room in ROOMS:
-        careful = replace(
-            robot,
-            obstacle_margin=robot.obstacle_margin + room,
-            person_margin=robot.person_margin + room,
-            max_acceleration=acceleration,
-            max_lateral_acceleration=bends,
-        )
-        found = LimitsPlanner().plan(replace(request, robot=careful, speed=SHARE * request.cruise))
+        margins = {name: getattr(robot, name) + room for name in ("obstacle_margin", "person_margin")}
+        roomy = replace(request, robot=replace(careful, **margins), speed=SHARE * request.cruise)
+        found = LimitsPlanner().plan(roomy)
         if found.ok:
             break
-    assert found is not None
     return replace(found, request=request)
 
 
@@ -263,13 +223,8 @@ def rollout(
 ) -> Array | None:
     """States (T, n) of a vehicle that follows a path, one a `TIMESTEP`, or None if it does not arrive.
 
-    Args:
-        vehicle: The model.
-        path: The reference, from rest to rest.
-        bodies: Obstacles.
-        most: Longest drive [s].
-        until: When to give up, by `time.perf_counter` [s].
-        progress: Told how far it is.
+    The path goes from rest to rest. It gives up after the longest drive, `most` [s], or at a time of
+    `time.perf_counter`, `until` [s].
     """
     ahead: Array = TIMESTEP * np.arange(1, HORIZON + 1, dtype=np.float64)
     z = vehicle.state(path, np.zeros(1), 0.0)[0]
@@ -304,7 +259,9 @@ def _control(
     import piqp
 
     n, m = len(z), len(vehicle.most)
-    turned = _near_turns(z, asked) if n == 4 else asked
+    turned = asked.copy()
+    if n == 4:  # headings within half a turn of the robot's
+        turned[:, 2] += 2.0 * np.pi * np.round((z[2] - asked[0, 2]) / (2.0 * np.pi))
     free, gain = np.zeros((HORIZON, n)), np.zeros((HORIZON, n, HORIZON * m))
     last, effect = z, np.zeros((n, HORIZON * m))
     for k in range(HORIZON):
@@ -329,13 +286,6 @@ def _control(
     if solver.solve() != piqp.PIQP_SOLVED:
         return np.zeros(m) if n != 4 else np.array([-vehicle.most[0], 0.0])  # brake
     return np.asarray(np.clip(np.array(solver.result.x)[:m], -vehicle.most, vehicle.most))
-
-
-def _near_turns(z: Array, asked: Array) -> Array:
-    """The reference with its headings within half a turn of the robot's."""
-    out = asked.copy()
-    out[:, 2] += 2.0 * np.pi * np.round((z[2] - asked[0, 2]) / (2.0 * np.pi))
-    return out
 
 
 def _rows(

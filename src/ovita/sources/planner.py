@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from itertools import pairwise
 from numbers import Integral, Real
 from typing import Any, Protocol
@@ -40,25 +41,26 @@ SHARE, SLOW = 0.5, 0.25
 RAMP = 0.15
 """Share of the path on which it comes up to speed, and comes to rest."""
 
-PLANNERS = ("limits", "rrt_connect", "rrt_star", "mpc", "joint")
+_HOMES = {
+    "limits": "planner:LimitsPlanner",
+    "rrt_connect": "sampling:SamplingPlanner",
+    "rrt_star": "sampling:SamplingPlanner",
+    "mpc": "mpc:TrackingPlanner",
+    "joint": "joints:JointPlanner",
+}
+
+PLANNERS = tuple(_HOMES)
 
 Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class PlanRequest:
-    """What is to be planned.
+    """What is to be planned, by the arguments of `plan`.
 
     Args:
-        scene: Its objects are obstacles.
-        robot: The limits.
-        start: Where the path starts.
-        goal: Where it ends.
-        via: What it passes, in order.
         waypoints: How many the trajectory gets; more where the way needs them.
         speed: On the way [m/s]; None takes half of the robot's highest.
-        seed: Of planners that sample.
-        time_limit: For the search [s].
 
     Raises:
         RequestError: On numbers that make no sense.
@@ -167,16 +169,11 @@ class Plan:
             raise RequestError(" ".join(self.problems))
         request = self.request
         named = robot or (request.robot.name if PRESETS.get(request.robot.name) == request.robot else None)
-        planned: dict[str, Any] = {
-            "planner": self.planner,
-            "from": request.start.label,
-            "via": [anchor.label for anchor in request.via],
-            "to": request.goal.label,
-            "seed": request.seed,
-        }
+        via = [anchor.label for anchor in request.via]
+        planned: dict[str, Any] = {"planner": self.planner, "from": request.start.label, "via": via}
+        planned |= {"to": request.goal.label, "seed": request.seed}
         if self.motion is not None:
-            joints = self.motion
-            planned["joints"] = as_json({"names": joints.names, "times": joints.times, "positions": joints.positions})
+            planned["joints"] = as_json({name: getattr(self.motion, name) for name in ("names", "times", "positions")})
         return Task(self.trajectory, request.scene, extra={"planned": planned}, robot=named)
 
     def sentences(self) -> list[str]:
@@ -213,20 +210,10 @@ def planner_named(name: str) -> Planner:
     Raises:
         RequestError: If there is no such planner.
     """
-    if name == "limits":
-        return LimitsPlanner()
-    if name in ("rrt_connect", "rrt_star"):
-        from ovita.sources.sampling import SamplingPlanner
-
-        return SamplingPlanner(name)
-    if name == "mpc":
-        from ovita.sources.mpc import TrackingPlanner
-
-        return TrackingPlanner()
-    if name == "joint":
-        from ovita.sources.joints import JointPlanner
-
-        return JointPlanner()
+    if name in _HOMES:
+        module, _, kind = _HOMES[name].partition(":")
+        own: Planner = getattr(import_module(f"ovita.sources.{module}"), kind)(name=name)
+        return own
     found: Planner | None = plugins.make("planners", name, "plan")
     if found is None:
         known = (*PLANNERS, *plugins.entries("planners"))
@@ -357,12 +344,8 @@ def _barred(name: str, anchor: Anchor, request: PlanRequest) -> list[str]:
 def finished(request: PlanRequest, polyline: Array, anchors: Sequence[int], planner: str, started: float) -> Plan:
     """Waypoints and speeds on a polyline, within the limits, verified.
 
-    Args:
-        request: What was asked for.
-        polyline: (K, 3) [m].
-        anchors: Which of its vertices are start, via points and goal.
-        planner: Its name.
-        started: When, by `time.perf_counter` [s].
+    Anchors are the vertices of the polyline (K, 3) [m] that are start, via points and goal; the search `started` at a
+    time of `time.perf_counter` [s].
     """
     line, corners = spread(polyline, max(request.waypoints, len(polyline)), request.cruise)
     options = ConstraintOptions(
@@ -390,10 +373,8 @@ def spread(polyline: Array, count: int, cruise: float) -> tuple[Trajectory, list
     for i in np.argsort(np.floor(shares) - shares, kind="stable")[: max(count - 1 - int(parts.sum()), 0)]:
         parts[i] += 1
     corners = [0, *np.cumsum(parts).tolist()]
-    rows = [
-        a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a)
-        for (a, b), n in zip(pairwise(polyline), parts, strict=True)
-    ]
+    legs = zip(polyline[:-1], polyline[1:], parts, strict=True)
+    rows = [a + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (b - a) for a, b, n in legs]
     positions = np.vstack([*rows, polyline[-1:]])
     return Trajectory(positions, speed_profile(positions, cruise)), corners
 

@@ -67,7 +67,7 @@ class SamplingPlanner:
             leg = search(self.name, space, a, b, seed=request.seed + 1 + i, seconds=left, progress=progress)
             if leg is None:
                 return _failed(self.name, request, i, started)
-            rows += [leg[:-1]]
+            rows.append(leg[:-1])
             anchors.append(anchors[-1] + len(leg) - 1)
         polyline = np.vstack([*rows, request.corners[-1:]])
         return finished(request, polyline, anchors, self.name, started)
@@ -76,11 +76,9 @@ class SamplingPlanner:
 def _failed(name: str, request: PlanRequest, leg: int, started: float) -> Plan:
     a, b = request.anchors[leg : leg + 2]
     seconds = time.perf_counter() - started
-    why = (
-        f"{name} found no way from {a.label} to {b.label} in {number(seconds)} s; allow more time, free the way, or "
-        f"ask the planner 'limits', which says what is in the way."
-    )
-    return Plan(name, request, problems=(why,), seconds=seconds)
+    why = f"{name} found no way from {a.label} to {b.label} in {number(seconds)} s"
+    hint = "allow more time, free the way, or ask the planner 'limits', which says what is in the way."
+    return Plan(name, request, problems=(f"{why}; {hint}",), seconds=seconds)
 
 
 @dataclass(frozen=True)
@@ -179,9 +177,8 @@ def search(
 
     if passable(ends[0], ends[1]):
         return np.array([start, goal])
-    path = solve(
-        name, (space.lower, space.upper), free, ends[0], [ends[1]], seed, seconds, passable=passable, progress=progress
-    )
+    box = space.lower, space.upper
+    path = solve(name, box, free, ends[0], ends[1:], seed, seconds, passable=passable, progress=progress)
     if path is None:
         return None
     points = np.array([space.point(row) for row in shortened(path, passable)])
@@ -223,18 +220,10 @@ def solve(
     passable: Callable[[Sequence[float], Sequence[float]], bool],
     progress: Progress | None = None,
 ) -> Array | None:
-    """OMPL in a box of D coordinates: vertices (K, D) from the start to one of the goals, or None.
+    """OMPL in a box (lowest and highest coordinates, (D,) each): vertices (K, D) from start (D,) to a goal, or None.
 
-    Args:
-        name: "rrt_connect" or "rrt_star".
-        box: Lowest and highest coordinates, (D,) each.
-        free: Whether a place is legal.
-        start: (D,).
-        goals: (D,) each.
-        seed: > 0.
-        seconds: Longest search.
-        passable: Whether the straight motion between two places is legal.
-        progress: Told how far it is.
+    A place is legal where it is `free`, the straight motion between two where it is `passable`. The seed is > 0, the
+    name "rrt_connect" or "rrt_star".
 
     Raises:
         MissingExtra: If ompl is not installed.
@@ -246,9 +235,6 @@ def solve(
     dims = range(len(box[0]))
 
     class Motions(base.MotionValidator):  # type: ignore[misc]
-        def __init__(self, si: Any) -> None:
-            super().__init__(si)
-
         def checkMotion(self, a: Any, b: Any, *_: Any) -> bool:
             return passable([a[k] for k in dims], [b[k] for k in dims])
 

@@ -16,8 +16,8 @@ from ovita.io.json_ import SKILL_SCHEMA, check_values, dumps, parse_object
 from ovita.paths.trajectory import TIMESTEP, Array
 from ovita.sources.dmp import BASES as DMP_BASES
 from ovita.sources.dmp import Dmp
-from ovita.sources.promp import BASES as PROMP_BASES
-from ovita.sources.promp import Promp
+from ovita.sources.probabilistic import BASES as PROMP_BASES
+from ovita.sources.probabilistic import Promp
 from ovita.sources.skills import Model, Moments, Skill, SkillKind
 from ovita.sources.tpgmm import Mixture
 
@@ -44,25 +44,14 @@ def save_skill(path: str | os.PathLike[str], skill: Skill) -> None:
 
 def document_of(skill: Skill) -> dict[str, Any]:
     """The document of a skill, in lists, dicts and scalars."""
-    document = {
-        "schema": SKILL_SCHEMA,
-        "kind": skill.kind,
-        "shown": skill.shown,
-        "frames": skill.frames,
-        "size": skill.size,
-        "timestep": skill.timestep,
-        "notes": skill.notes,
-        "edits": skill.edits,
-        "start": skill.start,
-        "goal": skill.goal,
-        "bases": skill.bases,
-        "speeds": skill.speeds,
-        "offset": skill.offset,
-        "pace": skill.pace,
-        "model": skill.model,
-        "scene": scene_dict(skill.scene),
-    }
-    return dict(plain(document))
+    held = {name: getattr(skill, name) for name in _HELD}
+    return dict(plain({"schema": SKILL_SCHEMA, **held, "scene": scene_dict(skill.scene)}))
+
+
+_HELD = (
+    *("kind", "shown", "frames", "size", "timestep", "notes", "edits"),
+    *("start", "goal", "bases", "speeds", "offset", "pace", "model"),
+)
 
 
 def load_skill(path: str | os.PathLike[str]) -> Skill:
@@ -76,49 +65,34 @@ def load_skill(path: str | os.PathLike[str]) -> Skill:
     document = parse_object(read_text(path), file)
     schema = document.get("schema")
     if schema != SKILL_SCHEMA:
-        raise FormatError(
-            file, f"this is no skill: the schema is {show(schema)}, not {SKILL_SCHEMA!r}; `ovita learn` makes skills"
-        )
+        problem = f"this is no skill: the schema is {show(schema)}, not {SKILL_SCHEMA!r}; `ovita learn` makes skills"
+        raise FormatError(file, problem)
     check_values(document, file)
-    return _skill(document, file)
+    return _skill({"frames": [], "scene": {}, "edits": [], "notes": [], "timestep": TIMESTEP, **document}, file)
 
 
 def _skill(document: Mapping[str, Any], file: str) -> Skill:
-    def read(kind: object, key: str, default: object = None) -> Any:
-        return validated(kind, document.get(key, default), file, key)
+    def read(kind: object, key: str) -> Any:
+        return validated(kind, document.get(key), file, key)
 
-    kind = read(SkillKind, "kind")
-    frames = tuple(read(list[str], "frames", []))
-    bases = None if document.get("bases") is None else _array(document, "bases", "Jq", file)
-    sizes = {"J": max(len(frames), 1), "q": 4, "p": 3, "d": 3 if bases is None else 6}
+    kind, frames = read(SkillKind, "kind"), read(tuple[str, ...], "frames")
+    turned = document.get("bases") is not None
+    sizes = {"J": max(len(frames), 1), "q": 4, "p": 3, "d": 6 if turned else 3}
     sizes |= {"e": sizes["d"] + 1, "P": PROMP_BASES, "F": DMP_BASES}
-    speeds = _array(document, "speeds", "T", file, sizes)
-    offset = None if document.get("offset") is None else _array(document, "offset", "Td", file, sizes)
-    pace = None if document.get("pace") is None else _array(document, "pace", "T", file, sizes)
-    for name, paced in (("speeds", speeds), ("pace", speeds if pace is None else pace)):
-        if len(paced) < 2 or (paced < 0).any():
+    axes = {"bases": "Jq", "speeds": "T", "offset": "Td", "pace": "T", "start": "p", "goal": "p"}
+    needed = ("speeds", "start", "goal")
+    given = {name: letters for name, letters in axes.items() if name in needed or document.get(name) is not None}
+    arrays: dict[str, Any] = {"bases": None}
+    arrays |= {name: _array(document, name, letters, file, sizes) for name, letters in given.items()}
+    for name in {"speeds", "pace"} & set(arrays):
+        if len(arrays[name]) < 2 or (arrays[name] < 0).any():
             raise FormatError(file, "holds fewer than 2 speeds or a negative one", key=name)
     with errors_of(file):
-        scene = scene_from_dict(read(dict[str, Any], "scene", {}))
-    if bases is not None:
-        _array(document, "bases", "Jq", file, sizes)
-    return Skill(
-        kind,
-        _model(kind, read(dict[str, Any], "model"), file, sizes),
-        frames,
-        bases,
-        speeds,
-        _array(document, "start", "p", file, sizes),
-        _array(document, "goal", "p", file, sizes),
-        read(Number, "size"),
-        read(int, "shown"),
-        scene,
-        offset,
-        pace,
-        tuple(read(list[str], "edits", [])),
-        tuple(read(list[str], "notes", [])),
-        timestep_of(document.get("timestep", TIMESTEP), file),
-    )
+        scene = scene_from_dict(read(dict[str, Any], "scene"))
+    model = _model(kind, read(dict[str, Any], "model"), file, sizes)
+    told = {name: read(tuple[str, ...], name) for name in ("edits", "notes")}
+    size, shown, timestep = read(Number, "size"), read(int, "shown"), timestep_of(document["timestep"], file)
+    return Skill(kind, model, frames, size=size, shown=shown, scene=scene, timestep=timestep, **arrays, **told)
 
 
 def _model(kind: SkillKind, document: Mapping[str, Any], file: str, sizes: dict[str, int]) -> Model:
@@ -132,7 +106,7 @@ def _model(kind: SkillKind, document: Mapping[str, Any], file: str, sizes: dict[
 
 
 def _array(
-    document: Mapping[str, Any], name: str, axes: str, file: str, sizes: dict[str, int] | None = None, prefix: str = ""
+    document: Mapping[str, Any], name: str, axes: str, file: str, sizes: dict[str, int], prefix: str = ""
 ) -> Array:
     """An array of a document; the size of an axis that was not seen before is noted under its letter."""
     kind: Any = Number
@@ -143,7 +117,6 @@ def _array(
         array = np.array(values, dtype=float)
     except ValueError:
         raise FormatError(file, "has rows of different lengths", key=prefix + name) from None
-    sizes = {} if sizes is None else sizes
     if array.ndim == len(axes):
         for letter, size in zip(axes, array.shape, strict=True):
             sizes.setdefault(letter, size)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,21 +20,10 @@ from ovita.paths.geometry import path_distances
 from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import TIMESTEP, Array, Trajectory, interpolate
+from ovita.sources import taskframes
 from ovita.sources.dmp import Dmp
-from ovita.sources.kmp import Via, conditioned, led
 from ovita.sources.places import locate, read_place
-from ovita.sources.promp import Promp
-from ovita.sources.taskframes import (
-    GOAL,
-    START,
-    PathDistribution,
-    along_the_way,
-    exponential,
-    frames_of,
-    fused,
-    logarithm,
-    multiplied,
-)
+from ovita.sources.probabilistic import Promp, Via, conditioned, led
 from ovita.sources.tpgmm import Mixture
 from ovita.text import counted, length, point
 
@@ -208,36 +197,30 @@ class Skill:
             raise RequestError(f"a path of {counted(waypoints, 'waypoint')} leads nowhere; ask for 2 or more")
         shown = self._shown(np.linspace(0.0, 1.0, waypoints or len(self.speeds)), scene, asked)
         placed = [one if one.phase is not None else replace(one, phase=_likeliest(one, shown)) for one in asked]
-        phases = _with(shown.phases, [one.phase for one in placed if one.phase is not None])
-        shown = self._shown(phases, scene, asked)
-        vias = [_via(one, shown) for one in placed]
-        reached = self._through(shown, vias)
-        return GeneratedPath(
-            self._trajectory(reached),
-            None if self.kind == "dmp" else reached.covariance,
-            scene,
-            self._unusual(placed, shown),
-            self._missed(placed, reached),
-            asked=np.array([one.position for one in placed]).reshape(-1, 3),
-            within=max(REACHED * self.size, 0.005),
-        )
+        shown = self._shown(_with(shown.phases, placed), scene, asked)
+        reached = self._through(shown, [_via(one, shown) for one in placed])
+        covariance = None if self.kind == "dmp" else reached.covariance
+        said = self._unusual(placed, shown), self._missed(placed, reached)
+        places = np.array([one.position for one in placed]).reshape(-1, 3)
+        near: dict[str, Any] = {"asked": places, "within": max(REACHED * self.size, 0.005)}
+        return GeneratedPath(self._trajectory(reached), covariance, scene, *said, **near)
 
-    def _shown(self, phases: Array, scene: Scene, asked: Sequence[_AskedPlace]) -> PathDistribution:
+    def _shown(self, phases: Array, scene: Scene, asked: Sequence[_AskedPlace]) -> taskframes.PathDistribution:
         """What was shown at some phases, around a scene's objects, before any place is asked for."""
         base = None if self.bases is None else self.bases[0]
         if isinstance(self.model, Dmp):
             mean = self.model.generated(phases)
-            shown = PathDistribution(phases, mean, np.zeros((*mean.shape, mean.shape[1])), base)
+            shown = taskframes.PathDistribution(phases, mean, np.zeros((*mean.shape, mean.shape[1])), base)
         elif isinstance(self.model, Promp):
             shown = self.model.generated(phases, (), base)
         else:
             ends = {one.phase: one.position for one in asked}
-            frames = frames_of(self.frames, scene, ends.get(0.0, self.start), ends.get(1.0, self.goal))
+            frames = taskframes.frames_of(self.frames, scene, ends.get(0.0, self.start), ends.get(1.0, self.goal))
             seen = [self._seen(self.model, i, phases) for i in range(len(frames))]
-            shown = fused(seen, frames)
+            shown = taskframes.fused(seen, frames)
             if isinstance(self.model, Moments) and self.frames:
-                way = PathDistribution(self._even, self.model.way, self.model.about).at(phases)
-                shown = multiplied([shown, along_the_way(shown, way.mean, way.covariance)])
+                way = taskframes.PathDistribution(self._even, self.model.way, self.model.about).at(phases)
+                shown = taskframes.multiplied([shown, taskframes.along_the_way(shown, way.mean, way.covariance)])
         return replace(shown, mean=shown.mean + self._moved(phases))
 
     @property
@@ -245,12 +228,12 @@ class Skill:
         """The phases (T,) that the skill was learned at."""
         return np.linspace(0.0, 1.0, len(self.speeds))
 
-    def _seen(self, model: Moments | Mixture, i: int, phases: Array) -> PathDistribution:
+    def _seen(self, model: Moments | Mixture, i: int, phases: Array) -> taskframes.PathDistribution:
         """What was shown as seen from task frame i."""
         base = None if self.bases is None else self.bases[i]
         if isinstance(model, Mixture):
             return model.regressed(phases, i, base)
-        return PathDistribution(self._even, model.means[i], model.covariances[i], base).at(phases)
+        return taskframes.PathDistribution(self._even, model.means[i], model.covariances[i], base).at(phases)
 
     def _moved(self, phases: Array) -> Array:
         """By how much instructions moved the mean at some phases (M, d)."""
@@ -258,15 +241,12 @@ class Skill:
             return np.zeros((len(phases), 1))
         return interpolate(self.offset, phases * (len(self.offset) - 1))
 
-    def _through(self, shown: PathDistribution, vias: Sequence[Via]) -> PathDistribution:
+    def _through(self, shown: taskframes.PathDistribution, vias: Sequence[Via]) -> taskframes.PathDistribution:
         """The distribution once it was made to pass through via-points, the start and the goal among them."""
         if not vias:
             return shown
         if isinstance(self.model, Dmp):
-            ends = self._moved(np.array([0.0, 1.0]))
-            start, goal = (_value(vias, phase, away) for phase, away in zip((0.0, 1.0), ends, strict=True))
-            start = self.model.start if start is None else start
-            goal = self.model.goal if goal is None else goal
+            start, goal = (_value(vias, phase, self._moved(np.array([phase]))[0]) for phase in (0.0, 1.0))
             mean = self.model.generated(shown.phases, start, goal) + self._moved(shown.phases)
             return replace(shown, mean=mean)
         if isinstance(self.model, Promp):
@@ -278,37 +258,31 @@ class Skill:
         start, goal = shown.mean[0] if start is None else start, shown.mean[-1] if goal is None else goal
         return conditioned(led(shown, start, goal), vias)
 
-    def _trajectory(self, reached: PathDistribution) -> Trajectory:
+    def _trajectory(self, reached: taskframes.PathDistribution) -> Trajectory:
         paced = self.speeds if self.pace is None else self.pace
         speeds = interpolate(paced[:, None], reached.phases * (len(paced) - 1))[:, 0]
         speeds[1:-1] = np.maximum(speeds[1:-1], SLOWEST * float(paced.max()))
-        turns = None if reached.base is None else exponential(reached.base, reached.mean[:, 3:])
+        turns = None if reached.base is None else taskframes.exponential(reached.base, reached.mean[:, 3:])
         return Trajectory(reached.mean[:, :3], speeds, turns, self.timestep)
 
-    def _unusual(self, placed: Sequence[_AskedPlace], shown: PathDistribution) -> tuple[str, ...]:
+    def _unusual(self, placed: Sequence[_AskedPlace], shown: taskframes.PathDistribution) -> tuple[str, ...]:
         """Which places lie outside what was shown, each a sentence."""
         said = []
         for one in placed:
             if self.kind == "dmp" or one.what in self.frames:
                 continue  # it has no variance; or its task frames say where it starts and ends
-            i = _slot(shown.phases, one)
-            away, deviations = _away(one.position, shown)
-            if deviations[i] > OUTSIDE:
-                said.append(
-                    f"{one.named} lies outside what was shown: {length(away[i])} from the mean there, "
-                    f"{deviations[i]:.0f} standard deviations"
-                )
+            away, deviations = (rows[_slot(shown.phases, one)] for rows in _away(one.position, shown))
+            if deviations > OUTSIDE:
+                far = f"{length(away)} from the mean there, {deviations:.0f} standard deviations"
+                said.append(f"{one.named} lies outside what was shown: {far}")
         return tuple(said)
 
-    def _missed(self, placed: Sequence[_AskedPlace], reached: PathDistribution) -> tuple[str, ...]:
+    def _missed(self, placed: Sequence[_AskedPlace], reached: taskframes.PathDistribution) -> tuple[str, ...]:
         """Which places the path does not reach, each a sentence."""
         gaps = [float(np.linalg.norm(reached.mean[_slot(reached.phases, one), :3] - one.position)) for one in placed]
         why = "; a promp stays within what its demonstrations span, a kmp does not" if self.kind == "promp" else ""
-        return tuple(
-            f"{one.named} is missed by {length(gap)}{why}"
-            for one, gap in zip(placed, gaps, strict=True)
-            if gap > REACHED * self.size
-        )
+        missed = [(one, gap) for one, gap in zip(placed, gaps, strict=True) if gap > REACHED * self.size]
+        return tuple(f"{one.named} is missed by {length(gap)}{why}" for one, gap in missed)
 
     def base(self) -> Array | None:
         """The orientation (4,) that rotations of the mean are about around the objects as shown, or None."""
@@ -345,7 +319,6 @@ class _AskedPlace:
         phase: None where it is to be chosen.
         position: (3,) [m].
         orientation: Unit quaternion (4,) wxyz, or None where it is free.
-        text: The place as it was named.
     """
 
     what: str
@@ -362,8 +335,8 @@ class _AskedPlace:
 def _asked(start: Place | None, goal: Place | None, via: Vias, scene: Scene, robot: Robot) -> list[_AskedPlace]:
     """All places to pass through, the ends first."""
     pairs: list[tuple[str, float | None, Place]] = []
-    pairs += [] if start is None else [(START, 0.0, start)]
-    pairs += [] if goal is None else [(GOAL, 1.0, goal)]
+    pairs += [] if start is None else [(taskframes.START, 0.0, start)]
+    pairs += [] if goal is None else [(taskframes.GOAL, 1.0, goal)]
     pairs += [("via", phase, place) for phase, place in (via.items() if isinstance(via, Mapping) else via)]
     seen: set[float] = set()
     for _, phase, _ in pairs:
@@ -414,7 +387,7 @@ def _text(place: Place) -> str:
     return place if isinstance(place, str) else ", ".join(f"{float(x):g}" for x in np.ravel(np.asarray(place)))
 
 
-def _via(asked: _AskedPlace, shown: PathDistribution) -> Via:
+def _via(asked: _AskedPlace, shown: taskframes.PathDistribution) -> Via:
     """A place as a via-point."""
     i = _slot(shown.phases, asked)
     value, known = shown.mean[i].copy(), np.zeros(shown.mean.shape[1], dtype=bool)
@@ -422,7 +395,7 @@ def _via(asked: _AskedPlace, shown: PathDistribution) -> Via:
     if asked.orientation is not None:
         if shown.base is None:
             raise RequestError(f"{asked.named} asks for an orientation, but the demonstrations had none")
-        value[3:], known[3:] = logarithm(shown.base, asked.orientation[None])[0], True
+        value[3:], known[3:] = taskframes.logarithm(shown.base, asked.orientation[None])[0], True
     return Via(float(shown.phases[i]), value, known)
 
 
@@ -435,21 +408,20 @@ def _slot(phases: Array, asked: _AskedPlace) -> int:
     return int(np.argmin(np.abs(phases - (0.0 if asked.phase is None else asked.phase))))
 
 
-def _with(phases: Array, wanted: Sequence[float]) -> Array:
-    """Phases of which the nearest ones are replaced by those that are wanted."""
-    slots = [int(np.argmin(np.abs(phases - phase))) for phase in wanted]
+def _with(phases: Array, placed: Sequence[_AskedPlace]) -> Array:
+    """Phases of which the nearest ones are replaced by those of places."""
+    slots = [_slot(phases, one) for one in placed]
     if len(set(slots)) < len(slots):
-        raise RequestError(
-            "two places are asked for at nearly the same phase; move them apart or ask for more waypoints"
-        )
+        problem = "two places are asked for at nearly the same phase"
+        raise RequestError(f"{problem}; move them apart or ask for more waypoints")
     exact = phases.copy()
-    exact[slots] = wanted
+    exact[slots] = [one.phase for one in placed]
     if (np.diff(exact) <= 0).any() or exact[0] != 0.0 or exact[-1] != 1.0:
         raise RequestError("a via-point lies too near to an end; move it or ask for more waypoints")
     return exact
 
 
-def _away(position: Array, shown: PathDistribution) -> tuple[Array, Array]:
+def _away(position: Array, shown: taskframes.PathDistribution) -> tuple[Array, Array]:
     """How far a position is from the mean at each phase (T,): in metres, and in standard deviations."""
     off = position - shown.mean[:, :3]
     covariance = shown.covariance[:, :3, :3] + (1e-6 * np.eye(3))
@@ -457,6 +429,6 @@ def _away(position: Array, shown: PathDistribution) -> tuple[Array, Array]:
     return np.linalg.norm(off, axis=1), np.sqrt(squared)
 
 
-def _likeliest(asked: _AskedPlace, shown: PathDistribution) -> float:
+def _likeliest(asked: _AskedPlace, shown: taskframes.PathDistribution) -> float:
     """The phase at which a place is least unusual; the ends are left to the start and the goal."""
     return float(shown.phases[1:-1][int(np.argmin(_away(asked.position, shown)[1][1:-1]))])

@@ -85,12 +85,13 @@ def frames_of(names: Sequence[str], scene: Scene, start: Array, goal: Array) -> 
     ends = {START: start, GOAL: goal}
     if not names:
         return (WORLD,)
-    return tuple(
-        TaskFrame(name, ends[name])
-        if name in ends and name not in scene
-        else TaskFrame(name, scene[name].position, scene[name].orientation)
-        for name in names
-    )
+
+    def frame(name: str) -> TaskFrame:
+        if name in ends and name not in scene:
+            return TaskFrame(name, ends[name])
+        return TaskFrame(name, scene[name].position, scene[name].orientation)
+
+    return tuple(map(frame, names))
 
 
 def rotation(quaternions: Array) -> Rotation:
@@ -196,12 +197,8 @@ def along_the_way(frames: PathDistribution, mean: Array, covariance: Array) -> P
     """What the way between the ends says, wherever task frames place these.
 
     A task frame turns and moves all of a movement with its object, also what is far from it and belongs to others.
-    Between the ends, demonstrations vary less about the straight way from one to the other.
-
-    Args:
-        frames: What the task frames say.
-        mean: How far the movement is from the straight way (T, 3) [m].
-        covariance: How much that varies (T, 3, 3).
+    Between the ends, demonstrations vary less about the straight way from one to the other: by the mean (T, 3) [m] they
+    are away from it, with the covariance (T, 3, 3).
     """
     s = frames.phases[:, None, None]
     ends = (1.0 - s) ** 2 * frames.covariance[0] + s**2 * frames.covariance[-1]

@@ -42,12 +42,9 @@ class Mixture:
 
     @classmethod
     def fitted(cls, phases: Array, views: Sequence[Array], components: int = COMPONENTS) -> Mixture:
-        """Fit demonstrations by expectation maximisation, begun with equal stretches of the phase.
+        """Fit demonstrations by expectation maximisation, begun with equal stretches of the phases (T,).
 
-        Args:
-            phases: (T,).
-            views: For each frame, the demonstrations as seen from it (D, T, d).
-            components: Number of Gaussians K, at most T.
+        Views are the demonstrations (D, T, d) as seen from each frame; there are at most T components.
         """
         data = np.stack([_with_phase(phases, rows) for rows in views])
         regular = REGULAR * data.var(axis=1)
