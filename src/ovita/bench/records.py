@@ -25,6 +25,9 @@ OUTCOMES = ("right", "right after one yes", "asked", "declined", "flagged", "sil
 
 RECORDS, MANIFEST, RATINGS = "records.jsonl", "run.json", "ratings.csv"
 
+Column = tuple[str, str]
+"""Writer and condition."""
+
 Rows = tuple[tuple[float, ...], ...]
 """Waypoints: x, y, z [m], speed [m/s]."""
 
@@ -104,7 +107,12 @@ class Record:
     @property
     def key(self) -> tuple[str, str, str]:
         """What a record is about: writer, condition, sample."""
-        return self.writer, self.condition, self.sample
+        return *self.column, self.sample
+
+    @property
+    def column(self) -> Column:
+        """Whose record it is."""
+        return self.writer, self.condition
 
     @property
     def first(self) -> Round:

@@ -220,7 +220,7 @@ def compare(question: str, factor: str, table: Means) -> list[Contrast]:
     found = [_contrast(question, factor, a, b, table[a], table[b]) for a, b in combinations(table, 2)]
     tested = [contrast for contrast in found if contrast is not None]
     corrected = holm([contrast.p for contrast in tested])
-    return [replace(contrast, holm=p) for contrast, p in zip(tested, corrected, strict=True)]
+    return [replace(contrast, holm=float(p)) for contrast, p in zip(tested, corrected, strict=True)]
 
 
 def _contrast(
