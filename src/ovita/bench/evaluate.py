@@ -42,12 +42,11 @@ WITHOUT_MODEL = ("repair", "constraints")
 
 @dataclass(frozen=True)
 class Condition:
-    """One setting of the chain.
+    """One setting of the chain: "default", or what differs from it.
 
     Args:
-        name: "default", or what differs from it.
         without: What is switched off, a key of `ABLATIONS`, or "".
-        temperature: Sampling temperature of a model, or None for the run's own.
+        temperature: Of a model, or None for the run's own.
     """
 
     name: str = "default"

@@ -40,16 +40,13 @@ class Passed:
 
 @dataclass(frozen=True)
 class EnteredSystem:
-    """One system of a run.
+    """One system of a run; a program is named without the path that it lay at.
 
     Args:
-        system, condition: Names; a program is named without the path that it lay at.
-        success, executable: Over all samples, with intervals.
         clauses: Mean share of the checks' clauses that hold.
         p50_ms, p95_ms: Time to the first answer.
         tokens: Read and written.
         outcomes: How many first answers were right, asked and so on.
-        subsets, kinds: Success by part.
     """
 
     system: str

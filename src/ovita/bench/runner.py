@@ -82,13 +82,20 @@ class Meter:
         self, log: RecordLog, wanted: set[tuple[str, str, str]], todo: int, plan: RunPlan, show: Progress | None
     ) -> None:
         self._plan, self._show, self._todo, self._new = plan, show, todo, 0
-        there = [record for key, record in log.records.items() if key in wanted]
-        self._total, self._done = len(wanted), len(wanted) - todo
-        self._passed = sum(record.last.passed for record in there)
-        self._tokens = sum(record.tokens for record in there)
-        self._cost = sum(record.cost(plan.prices) for record in there)
+        self._total, self._passed, self._tokens, self._cost = len(wanted), 0, 0, 0.0
+        for key in log.records.keys() & wanted:
+            self._add(log.records[key])
         self._started = time.monotonic()
         self.notes: list[str] = []
+
+    @property
+    def _done(self) -> int:
+        return self._total - self._todo + self._new
+
+    def _add(self, record: Record) -> None:
+        self._passed += record.last.passed
+        self._tokens += record.tokens
+        self._cost += record.cost(self._plan.prices)
 
     @property
     def spent(self) -> bool:
@@ -106,10 +113,7 @@ class Meter:
     def count(self, record: Record) -> None:
         """Take a new record into account, and show how far the run is."""
         self._new += 1
-        self._done += 1
-        self._passed += record.last.passed
-        self._tokens += record.tokens
-        self._cost += record.cost(self._plan.prices)
+        self._add(record)
         if self._show is not None:
             pace = (time.monotonic() - self._started) / self._new
             left = pace * (self._todo - self._new)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import binomtest, rankdata, wilcoxon
 
 from ovita.baselines import labelled
-from ovita.bench.records import OUTCOMES, Column, Record
+from ovita.bench.records import OUTCOMES, Column, Record, Round
 from ovita.paths.trajectory import Array
 
 By = Literal["all", "subset", "kind"]
@@ -167,19 +167,23 @@ def _tally(part: Sequence[Record], by: By, group: str, prices: Mapping[str, tupl
     n = len(part)
     first, last = [r.first for r in part], [r.last for r in part]
     rounds, times = [x for r in part for x in r.rounds], [x.ms for x in first]
+
+    def total(of: Sequence[Round], what: str) -> Any:
+        return sum(getattr(x, what) for x in of)
+
     return Tally(
         *part[0].column,
         by=by,
         group=group,
-        success=wilson(sum(x.passed for x in last), n),
-        first=wilson(sum(x.passed for x in first), n),
-        executable=wilson(sum(x.executable for x in first), n),
-        score=sum(x.score for x in last) / n,
-        attempts=sum(x.attempts for x in first) / n,
+        success=wilson(total(last, "passed"), n),
+        first=wilson(total(first, "passed"), n),
+        executable=wilson(total(first, "executable"), n),
+        score=total(last, "score") / n,
+        attempts=total(first, "attempts") / n,
         p50=percentile(times, 0.5),
         p95=percentile(times, 0.95),
-        input_tokens=sum(x.input_tokens for x in rounds),
-        output_tokens=sum(x.output_tokens for x in rounds),
+        input_tokens=total(rounds, "input_tokens"),
+        output_tokens=total(rounds, "output_tokens"),
         cost=sum(r.cost(prices) for r in part),
         limits=dict(sorted(Counter(x.limits for x in last).items())),
         outcomes=dict.fromkeys(OUTCOMES, 0) | Counter(r.outcome for r in part),
