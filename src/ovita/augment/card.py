@@ -95,9 +95,8 @@ def _is_of(name: str, source: str) -> bool:
 def card(manifest: Mapping[str, Any], licences: Mapping[str, str]) -> str:
     """The card as Markdown with the header that data set hubs read."""
     kept, splits = manifest["kept"], manifest["counts"].get("split", {})
-    sources = [
-        (source["name"], source["what"], licences.get(source["name"], NOT_STATED)) for source in manifest["sources"]
-    ]
+    named = [(source["name"], source["what"]) for source in manifest["sources"]]
+    sources = [(name, what, licences.get(name, NOT_STATED)) for name, what in named]
     own = [f"{name} {splits[name]:,}" for name in SPLITS if name in splits]
     parts = [
         _header(manifest, {licence for _, _, licence in sources}),
@@ -193,7 +192,5 @@ def _share(count: int, total: int) -> str:
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown; a bar in a cell cannot end it."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(
-        "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in row) + " |" for row in lines
-    )
+    safe = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *safe))

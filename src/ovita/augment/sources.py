@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import permutations
+from itertools import chain, islice, permutations
 from pathlib import Path
 
 from ovita.augment.ground import GroundPool, Mixed, RandomScenes, Tasks
@@ -33,7 +33,7 @@ Given = str | os.PathLike[str] | Task | Trajectory
 
 
 def open_pool(
-    sources: Iterable[Given] = (), *, robot: str | None = None, waypoints: int | None = None, planner: str = "limits"
+    sources: Iterable[Given] = (), *, robot: str | None = None, waypoints: int | None = None
 ) -> tuple[GroundPool, tuple[str, ...]]:
     """The pool of some sources, taken in turn, and notes on those that were left out.
 
@@ -43,7 +43,6 @@ def open_pool(
             tasks and trajectories. None means random scenes of every scale.
         robot: Whose limits hold in all that is given; None takes what each file names, else none.
         waypoints: Of random scenes and generated trajectories; None leaves it to them.
-        planner: For scenes without a trajectory.
 
     Raises:
         RequestError: If nothing can be used.
@@ -55,13 +54,12 @@ def open_pool(
         load_robot(robot)
     scales = [scale for one in given if isinstance(one, str) for scale in _scales(one)]
     notes: list[str] = []
-    of_file = partial(_of_file, robot=robot, waypoints=waypoints, planner=planner)
-    found = [one for number, source in enumerate(given) for one in _of_source(source, number, notes, of_file)]
-    if robot is not None:
-        found = [(name, replace(task, robot=robot), what) for name, task, what in found]
-    found = [one for one in found if _usable(*one[:2], notes)]
+    of_file = partial(_of_file, robot=robot, waypoints=waypoints)
+    named = chain.from_iterable(_of_source(source, number, notes, of_file) for number, source in enumerate(given))
+    tasks = [(name, task if robot is None else replace(task, robot=robot), what) for name, task, what in named]
+    found = tuple(one for one in tasks if _usable(*one[:2], notes))
     pools: list[GroundPool] = [RandomScenes(tuple(dict.fromkeys(scales)), waypoints)] if scales else []
-    pools += [Tasks(tuple(found))] if found else []
+    pools += [Tasks(found)] if found else []
     if not pools:
         said = [*(f"{note}." for note in notes), "No source is left; name files, folders, or random"]
         raise RequestError(" ".join(said))
@@ -132,7 +130,7 @@ def _of_folder(folder: Path, notes: list[str], of_file: Callable[[Path, str], Na
             notes.append(f"left out: {error}")
 
 
-def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None, planner: str) -> Named:
+def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None) -> Named:
     what = _digest(file.read_bytes()) if file.is_file() else "a folder"
     if suffix(file) == ".json" and is_skill_file(file):
         from ovita.sources.skills import Skill
@@ -144,23 +142,17 @@ def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None,
     if bare is None:
         yield _named(f"file:{name}", load_task(file), what)
         return
-    ways = _planned(bare.scene, robot or bare.robot, waypoints, planner)
+    ways = islice(_planned(bare.scene, robot or bare.robot, waypoints), WAYS)
     yield from (_named(f"plan:{name}#{i:02d}", task, what) for i, task in enumerate(ways))
 
 
-def _planned(scene: Scene, robot: str | None, waypoints: int | None, planner: str) -> Iterator[Task]:
+def _planned(scene: Scene, robot: str | None, waypoints: int | None) -> Iterator[Task]:
     """Ways from object to object that are legal, in the order of the objects."""
     from ovita.sources.planner import WAYPOINTS, plan
 
-    found = 0
     for start, goal in permutations(scene.names, 2):
-        if found == WAYS:
-            return
-        way = plan(
-            scene, start=start, goal=goal, robot=robot or "none", planner=planner, waypoints=waypoints or WAYPOINTS
-        )
+        way = plan(scene, start=start, goal=goal, robot=robot or "none", waypoints=waypoints or WAYPOINTS)
         if way.ok:
-            found += 1
             yield way.task(robot)
 
 

@@ -61,8 +61,10 @@ class Meaning:
         return any(word in self.means for word in (" up=", " down=", " over="))
 
 
-Slots = Mapping[str, tuple[str, tuple[str, ...]]]
-"""Each slot's text in the notation, and its phrases."""
+Filled = tuple[str, tuple[str, ...]]
+"""A slot's text in the notation, and its phrases."""
+
+Slots = Mapping[str, Filled]
 
 
 @dataclass(frozen=True)
@@ -105,13 +107,13 @@ def grammar() -> Wordings:
     return Wordings(meanings, openers, closers, joins, phrases["parts"], phrases["dir"])
 
 
-def families_from(names: Sequence[str], wordings: Wordings | None = None) -> tuple[str, ...]:
+def families_from(names: Sequence[str]) -> tuple[str, ...]:
     """The families of these names, all of them where there is no name.
 
     Raises:
         RequestError: If there is no such family.
     """
-    known = (wordings or grammar()).families
+    known = grammar().families
     unknown = [name for name in names if name not in known]
     if unknown:
         raise RequestError(f"there is no family {unknown[0]!r}; choose from {', '.join(known)}")
@@ -188,7 +190,7 @@ def between(rng: Random, low: float, high: float) -> float:
 
 
 def _filled(rng: Random, ground: Ground, meaning: Meaning, wordings: Wordings) -> FilledMeaning:
-    slots: dict[str, tuple[str, tuple[str, ...]]] = {}
+    slots: dict[str, Filled] = {}
     template, part = meaning.means, ""
     if "part" in slots_of(template):
         part = one(rng, tuple(wordings.parts))
@@ -206,9 +208,6 @@ def slots_of(text: str) -> tuple[str, ...]:
     """The names of the slots of a text, each once, in their order."""
     return tuple(dict.fromkeys(piece.partition("}")[0] for piece in text.split("{")[1:]))
 
-
-Filled = tuple[str, tuple[str, ...]]
-"""A slot's text in the notation, and its phrases."""
 
 Fill = Callable[[Random, Ground, "Slots", Wordings], Filled]
 
@@ -329,9 +328,7 @@ def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
         slots = drawing.clauses[0].slots
         return _inserted(rng, one(rng, heard), {_KIND.get(name, name): filled for name, filled in slots.items()})
     clauses = [_inserted(rng, one(rng, clause.meaning.say), clause.slots) for clause in drawing.clauses]
-    text = clauses[0]
-    for clause in clauses[1:]:
-        text += one(rng, wordings.joins) + clause
+    text = clauses[0] + "".join(one(rng, wordings.joins) + clause for clause in clauses[1:])
     opener, closer = one(rng, wordings.openers), one(rng, wordings.closers)
     text = f"{opener}{text}{closer}"
     end = "?" if opener.startswith("Could") else one(rng, (".", ".", ""))
@@ -442,8 +439,7 @@ def _elsewhere(sentence: str, shape: str, objects: Sequence[str]) -> bool:
     slots = re.findall(r"\{\w+\}", sentence)
     if sorted(slots) != sorted(re.findall(r"\{\w+\}", shape)) or len(set(slots)) != len(slots):
         return True
-    words = {word for name in objects for word in name.casefold().split()}
-    if _OWNED.search(sentence):
-        return True
+    words = set(" ".join(objects).casefold().split())
     plain = re.sub(r"\{\w+\}", " ", sentence).casefold()
-    return any(c.isdigit() for c in plain) or bool(words & set(re.findall(r"\w+", plain)))
+    numbered = any(c.isdigit() for c in plain)
+    return numbered or bool(_OWNED.search(sentence) or words & set(re.findall(r"\w+", plain)))
