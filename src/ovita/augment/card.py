@@ -71,18 +71,16 @@ def licences_from(stated: Sequence[str], sources: Sequence[str]) -> tuple[tuple[
     Raises:
         RequestError: If a text names no licence, or a source that is not there.
     """
-    found: dict[str, str] = {}
-    rest = NOT_STATED
-    for text in stated:
-        source, given, licence = (part.strip() for part in text.rpartition("="))
+    found = {name: OURS if name.startswith("random:") else NOT_STATED for name in sources}
+    pairs = [(text, *(part.strip() for part in text.rpartition("="))) for text in stated]
+    for text, source, given, licence in sorted(pairs, key=lambda pair: bool(pair[2])):
         if not licence or (given and not source):
             raise RequestError(f"--licence {text!r}: say a licence, or SOURCE=LICENCE, such as demos/=CC-BY-4.0")
-        mine = [name for name in sources if _is_of(name, source)]
+        mine = [name for name in sources if (_is_of(name, source) if given else found[name] != OURS)]
         if given and not mine:
             raise RequestError(f"--licence {text!r}: there is no source {source!r}; the sources are {listing(sources)}")
         found |= dict.fromkeys(mine, licence)
-        rest = rest if given else licence
-    return tuple((name, found.get(name, OURS if name.startswith("random:") else rest)) for name in sources)
+    return tuple(found.items())
 
 
 def _is_of(name: str, source: str) -> bool:

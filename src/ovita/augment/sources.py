@@ -52,13 +52,12 @@ def open_pool(
     given = list(sources) or [RANDOM]
     if robot is not None:
         load_robot(robot)
-    scales = [scale for one in given if isinstance(one, str) for scale in _scales(one)]
+    scales = dict.fromkeys(scale for one in given if isinstance(one, str) for scale in _scales(one))
     notes: list[str] = []
     of_file = partial(_of_file, robot=robot, waypoints=waypoints)
     named = chain.from_iterable(_of_source(source, number, notes, of_file) for number, source in enumerate(given))
-    tasks = [(name, task if robot is None else replace(task, robot=robot), what) for name, task, what in named]
-    found = tuple(one for one in tasks if _usable(*one[:2], notes))
-    pools: list[GroundPool] = [RandomScenes(tuple(dict.fromkeys(scales)), waypoints)] if scales else []
+    found = tuple(_usable(named, robot, notes))
+    pools: list[GroundPool] = [RandomScenes(tuple(scales), waypoints)] if scales else []
     pools += [Tasks(found)] if found else []
     if not pools:
         said = [*(f"{note}." for note in notes), "No source is left; name files, folders, or random"]
@@ -76,26 +75,32 @@ def _scales(name: str) -> tuple[str, ...]:
     return (scale,) if scale else tuple(SETTINGS)
 
 
-def _usable(name: str, task: Task, notes: list[str]) -> bool:
-    """Whether a task goes somewhere and keeps the limits of its robot; a note says why not."""
+Named = Iterator[tuple[str, Task, str]]
+"""Tasks, each with the name of its source and what identifies its content."""
+
+
+def _usable(named: Named, robot: str | None, notes: list[str]) -> Named:
+    """The tasks that go somewhere and keep the limits of their robot; notes say why others do not."""
+    for name, task, what in named:
+        task = task if robot is None else replace(task, robot=robot)
+        why = _obstacle(name, task)
+        if why:
+            notes.append(f"left out: {name} {why}")
+        else:
+            yield name, task, what
+
+
+def _obstacle(name: str, task: Task) -> str:
     try:
         robot = load_robot(task.robot or "none")
     except OvitaError as error:
         raise RequestError(f"{name}: {error}; give --robot") from None
-    if task.trajectory.length <= 0.0:
-        notes.append(f"left out: {name} stands still")
-        return False
     path = task.trajectory
+    if path.length <= 0.0:
+        return "stands still"
     checks = verify(path, task.scene, robot, proposed=path, original=path)
-    broken = [c.name for c in checks if c.unit == "m" and not c.held]
-    if broken:
-        limits = ", ".join(dict.fromkeys(broken))
-        notes.append(f"left out: {name} itself breaks limits of the robot {robot.name} ({limits}); see --robot")
-    return not broken
-
-
-Named = Iterator[tuple[str, Task, str]]
-"""Tasks, each with the name of its source and what identifies its content."""
+    broken = ", ".join(dict.fromkeys(c.name for c in checks if c.unit == "m" and not c.held))
+    return f"itself breaks limits of the robot {robot.name} ({broken}); see --robot" if broken else ""
 
 
 def _of_source(source: Given, number: int, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:
