@@ -367,12 +367,7 @@ TRIES = 200
 
 
 def generate(
-    n: int,
-    *,
-    seed: int = 0,
-    split: Split = "train",
-    families: Sequence[str] = (),
-    robots: Sequence[str] = (),
+    n: int, *, seed: int = 0, split: Split = "train", families: Sequence[str] = (), robots: Sequence[str] = ()
 ) -> Iterator[Sample]:
     """Draw samples, each with a check that doing nothing fails and that a known edit passes within the robot's limits.
 

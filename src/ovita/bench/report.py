@@ -121,12 +121,7 @@ def outcome_table(records: Sequence[Record]) -> Table:
 
 
 def markdown(
-    title: str,
-    found: Sequence[tuple[str, Table]],
-    manifest: Mapping[str, Any],
-    notes: Sequence[str],
-    *,
-    panel: bool,
+    title: str, found: Sequence[tuple[str, Table]], manifest: Mapping[str, Any], notes: Sequence[str], *, panel: bool
 ) -> str:
     """The report as Markdown."""
     parts = [f"# {cell(title)}", *(f"> {cell(note)}" for note in notes)]

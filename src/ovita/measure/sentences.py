@@ -5,17 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ovita.measure.changes import (
-    REVERSAL,
-    Changes,
-    Insertion,
-    Jump,
-    Kink,
-    ObjectChange,
-    Span,
-    SpeedChange,
-    SpeedRange,
-)
+from ovita.measure.changes import REVERSAL, Changes, Insertion, Jump, Kink, ObjectChange, Span, SpeedChange, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
