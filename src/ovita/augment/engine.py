@@ -46,10 +46,6 @@ class Job:
 
     Args:
         n: How many samples are tried; a number whose draws all fail stays empty.
-        manner: How samples are drawn.
-        pool: What they are drawn from.
-        sinks: What writes them.
-        shard: Samples in a shard.
         block: Samples of one scene that follow each other.
         wordings: Other words than those of the grammar, or None.
     """
@@ -189,8 +185,6 @@ class AugmentedDataset:
     """A finished dataset.
 
     Args:
-        folder: Where it is.
-        manifest: What is in it.
         seconds: How long this run took [s]; shards that were there are not counted.
         made: Shards that this run made.
     """

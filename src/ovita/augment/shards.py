@@ -37,7 +37,6 @@ class AugmentedSample:
 
     Args:
         index: Its number; with the seed it determines everything else.
-        seed: Of the dataset.
         source: Where trajectory and scene come from, such as "random:drone/00012" or "file:scene.json"; samples of
             one source share their split.
         task: The original trajectory with its scene, robot and instruction.
@@ -45,15 +44,11 @@ class AugmentedSample:
         paraphrases: Other sentences of the same meaning.
         frames: What the sentence means, as JSON documents (`instruct.frames.from_json` reads them).
         adapted: The trajectory after the limits.
-        code: The policy that made it.
-        parameters: The policy's parameters, as JSON documents.
         verdict: "done", or "limited" where the limits changed the proposal.
         check: What had to hold, as a JSON document (`Check.from_dict` reads it).
         measured: What the check measured, and of what kind and size the change is: "sentence", "directions", "region",
             "magnitude" [m, or a factor on the speed] and "shift" [m], the largest displacement.
-        family: The kind of request.
         split: Of SPLITS.
-        version: Of ovita.
     """
 
     index: int
@@ -151,10 +146,7 @@ class ShardRecord:
     """What is known of a finished shard.
 
     Args:
-        shard: Its number.
         first, end: Indices of its first sample, and one past its last: its range of seeds.
-        kept: How many samples it holds.
-        files: Its files.
         rejected: How many draws were rejected, by reason.
         counts: Distributions for the report on diversity: name, value, number of samples.
         keys: For each sample its index and the hash of its scene and rounded frames; near duplicates share it.

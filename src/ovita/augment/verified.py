@@ -67,7 +67,6 @@ class Manner:
     """How samples are drawn.
 
     Args:
-        seed: Of the dataset.
         families: Taken in turn.
         paraphrases: Further sentences for each sample.
         repairs: Share of the draws that break a limit with their path which go to the solver; the others are rejected.

@@ -44,7 +44,6 @@ class Meaning:
     """A meaning with slots, and sentences for it.
 
     Args:
-        family: What kind of request it is.
         means: In the notation of frames, with slots in braces.
         changes: "path", "speed", "end" or "count".
         say: Sentences with the same slots.
@@ -72,7 +71,6 @@ class Wordings:
     """Meanings and the words around them.
 
     Args:
-        meanings: By family.
         openers, closers, joins: What stands before, behind and between clauses; "" is a word, too.
         parts: Parts of the path in the notation, each with its phrases.
         directions: The phrases of each direction word.

@@ -73,7 +73,6 @@ class Setting:
         waypoints: Fewest and most waypoints.
         speed: Lowest and highest mean speed [m/s].
         sizes: Smallest and largest edge of an object [m], or None for objects without dimensions.
-        frames: Frames that occur.
     """
 
     robot: str

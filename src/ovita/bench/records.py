@@ -82,8 +82,6 @@ class Record:
 
     Args:
         sample, subset, kind, void: As in the sample.
-        writer, condition: Their names.
-        robot: Whose limits were enforced.
         idle: Whether doing nothing passes the check.
         original: The waypoints that it was about.
         scene, check: As in a scene file and a dataset file.

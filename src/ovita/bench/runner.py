@@ -47,7 +47,6 @@ class RunPlan:
 
     Args:
         writers: Names of writers and baselines, see `open_system`.
-        conditions: The default one and the ablations.
         base_url: An OpenAI-compatible server for the writers that are models.
         temperature: Of models, unless a condition says otherwise.
         jobs: Samples at a time.

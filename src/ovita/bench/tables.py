@@ -24,7 +24,6 @@ class Tally:
     """One group of records of one writer and condition.
 
     Args:
-        writer, condition: Their names.
         by, group: What groups are made by, and the group's name; "all" for all.
         success, first, executable: Records whose last answer passes, whose first one does, whose first one ran.
         score: Mean share of the check's clauses that hold.

@@ -40,7 +40,6 @@ class Perceived:
         scene: The objects; `extra` of each says its shape and colour, on how many depth pixels (`points`) and views
             (`seen_by`) it rests, and how far the pixels are from its surface (`spread_mm`, the median). What they stand
             on is the last of them, of the kind "support".
-        support: The plane that things rest on, or None.
         notes: What a person should know, each a sentence.
         refused: What was found but not taken, each a sentence with the reason.
         missing: The person's names that nothing was given, each a sentence with the reason.

@@ -81,7 +81,6 @@ class Footing:
 
     Args:
         rim: Corners of the convex hull of its pixels (K, 3) [m].
-        pixels: How many there are.
         cut: Whether the border of a picture cuts it.
     """
 
@@ -120,8 +119,6 @@ class Segments:
         labels: Cluster of each pixel (H, W), from 1; 0 for none.
         depth: Smoothed depth without flying pixels (H, W) [m].
         noise: Standard deviation of the measured depth at each pixel (H, W) [m].
-        support: The plane that things rest on, or None.
-        footing: Where the support was seen, or None.
         beyond: How many clusters were left out since they stand beside the support.
         backdrops: How many were left out since they are walls.
     """

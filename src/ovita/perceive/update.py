@@ -75,8 +75,6 @@ class SceneUpdate:
 
     Args:
         scene: The objects as they are now, under the names that they had; what was not in sight stays.
-        matches: What was found again.
-        new: What was not there before.
         gone: What is not where it was, though the cameras see the place.
         unseen: What the cameras cannot see now, or was not perceived in the first place; it stays as it was.
     """

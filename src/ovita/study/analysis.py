@@ -94,9 +94,7 @@ class Contrast:
     """Two levels of a factor compared by people's means.
 
     Args:
-        question: What was asked.
         factor: "condition", "explanation", "phase" or "group".
-        a, b: The levels.
         test: "Wilcoxon" where people gave both, "Mann-Whitney" where each gave one.
         n: Pairs, or people in both groups.
         difference: Mean of b minus a.

@@ -27,7 +27,6 @@ class StudyEvent:
             answered), or "withdrawn".
         when: In UTC (ISO 8601).
         seconds: From when the page was first shown.
-        consent_sha256: Of the text that was agreed to.
         turn: Which turn of the conversation, from 1.
         on: What it is about: "original" or "current".
         steps: Turns in force afterwards.

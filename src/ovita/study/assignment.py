@@ -24,7 +24,6 @@ class StudyPage:
     """One page of a person's study.
 
     Args:
-        id: Of the page, unlike every other of this person.
         kind: One of `questions.KINDS`.
         phase: Whether it belongs to the adaptation phase.
         position: Which page it is, from 1.
@@ -50,9 +49,7 @@ class Participant:
 
     Args:
         id: Such as "p07".
-        group: The stratum, or "".
         letters: What each condition is called on this person's pages.
-        pages: In the order in which they come.
     """
 
     id: str

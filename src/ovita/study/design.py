@@ -66,7 +66,6 @@ class StudyDesign:
     """What a study asks, and of how many people.
 
     Args:
-        title: As people read it.
         consent: The file with the text that people agree to, beside the design's file.
         participants: How many links are made; the sum of `groups` where there are any.
         groups: People by group, such as {"expert": 15, "other": 15}; each sees the items equally often.
@@ -80,7 +79,6 @@ class StudyDesign:
         attention: Pages that check that a person reads.
         comments: Whether each page has room for a remark.
         contact: Whom people turn to, shown on every page.
-        adapt: The adaptation phase.
         conditions: Names for the records that are compared: name -> "WRITER" or "WRITER/CONDITION"; all where empty.
 
     Raises:
@@ -137,7 +135,6 @@ class FoundedStudy:
         id: Random; answers from elsewhere must bear it.
         created: When, in UTC (ISO 8601).
         names: The conditions, in the order of their names.
-        consent_sha256: Of the consent text that people agree to.
         runs: The runs' folders, by their names only.
     """
 

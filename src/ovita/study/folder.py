@@ -51,8 +51,6 @@ class StudyFolder:
     """A study on disk.
 
     Args:
-        founded: The design and what was added to it.
-        participants: By id.
         tokens: The secret part of each person's link, by id.
     """
 

@@ -34,12 +34,8 @@ class StudyItem:
     """A sample with what each condition made of it; equal only to itself, so that its pictures can be kept.
 
     Args:
-        sample: As in the runs.
-        instruction: What was said to the robot.
-        robot: Whose limits were enforced.
         scene: As in a scene file.
         original: Waypoints: x, y, z [m], speed [m/s].
-        results: By condition.
     """
 
     sample: str

@@ -36,11 +36,9 @@ class Rating:
         phase: Whether the person adapted the trajectory ("adapt") or judges another's ("rate").
         item: The instruction and scene that it is about; "" for questions on the whole.
         condition: The system that answered; "A|B" for a preference between two; "" for questions on the whole.
-        explanation: Whether the explanation was shown.
         question: "correctness", "interpretability" (1..5), "preference" (the condition that is preferred, or "none"),
             "tlx_..." (0..100), "umux_1".."umux_2" (1..7), "sus_1".."sus_10" (1..5), "attention" (1 passed, 0 failed),
             "comment" (a text).
-        value: The answer.
         position: Which page of this person it was, from 1.
         seconds: Time to the answer [s].
         when: Date and time, ISO 8601.
