@@ -19,13 +19,15 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import quote
 
 from ovita.errors import FormatError, InputError, OvitaError, RequestError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import make_folder
 from ovita.measure.predicates import Check, all_of, finite
+
+T = TypeVar("T")
 
 REPOSITORY = "MarkusKnauer/OVITA"
 COMMIT = "8a67e79b617a5d215a356f5204c7a8a3e6a10436"
@@ -108,8 +110,8 @@ def load_dataset(folder: str | os.PathLike[str], *, limit: int | None = None) ->
     return Dataset(root.resolve().name, spread(samples, limit), tuple(name for name in found if found[name] is None))
 
 
-def spread(samples: Sequence[Sample], limit: int | None) -> tuple[Sample, ...]:
-    """At most `limit` samples, evenly spread over all."""
+def spread(samples: Sequence[T], limit: int | None) -> tuple[T, ...]:
+    """At most `limit` of some, evenly spread over all."""
     count = len(samples) if limit is None else min(limit, len(samples))
     return tuple(samples[i * len(samples) // count] for i in range(count))
 

@@ -155,8 +155,7 @@ def read_design(path: str | os.PathLike[str]) -> StudyDesign:
     file = str(path)
     document = parse_toml(read_text(path), file)
     check_keys(document, [item.name for item in fields(StudyDesign)], file)
-    design: StudyDesign = validated(StudyDesign, document, file)
-    return design
+    return validated(StudyDesign, document, file)
 
 
 def read_founded(path: str | os.PathLike[str]) -> FoundedStudy:
@@ -165,10 +164,7 @@ def read_founded(path: str | os.PathLike[str]) -> FoundedStudy:
     Raises:
         FormatError: If it cannot be read.
     """
-    file = str(path)
-    document = parse_toml(read_text(path), file)
-    founded: FoundedStudy = validated(FoundedStudy, document, file)
-    return founded
+    return validated(FoundedStudy, parse_toml(read_text(path), str(path)), str(path))
 
 
 def consent_text(path: str | os.PathLike[str]) -> str:
@@ -197,9 +193,9 @@ def digest(text: str) -> str:
 def written(founded: FoundedStudy) -> str:
     """The text of a study.toml."""
     note = (
-        "# Written by `ovita study new`. People see what follows from it; leave it as it is once the study has begun.\n"
+        "# Written by `ovita study new`. People see what follows from it; leave it as it is once the study has begun."
     )
-    return note + "\n".join(_lines(_document(founded), ())) + "\n"
+    return "\n".join([note, *_lines(_document(founded), ()), ""])
 
 
 def _document(value: Any) -> dict[str, Any]:
