@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -34,8 +35,9 @@ _SPREADS = {
 }
 """Distributions of the manifest that the card shows, with their headings."""
 
+_HUBS = {"train": "train", "val": "validation", "test": "test"}
 _SIZES = (10**3, 10**4, 10**5, 10**6, 10**7, 10**8, 10**9)
-_NAMES = ("1K", "10K", "100K", "1M", "10M", "100M", "1B")
+_RANGES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B", "n>1B")
 
 _IS_NOT = """\
 - No recording of a robot. Every motion was computed and none executed; no camera saw it, so there are no pictures.
@@ -130,8 +132,7 @@ def card(manifest: Mapping[str, Any], licences: Mapping[str, str]) -> str:
 def _header(manifest: Mapping[str, Any], licences: set[str]) -> str:
     """The YAML header that data set hubs read."""
     kept, formats = manifest["kept"], manifest["formats"]
-    place = next((i for i, size in enumerate(_SIZES) if kept < size), len(_SIZES))
-    size = "n<1K" if place == 0 else f"{_NAMES[place - 1]}<n<{_NAMES[place]}" if place < len(_SIZES) else "n>1B"
+    size = _RANGES[bisect_right(_SIZES, kept)]
     free = licences <= {OURS}
     lines = [
         "---",
@@ -144,10 +145,8 @@ def _header(manifest: Mapping[str, Any], licences: set[str]) -> str:
     ]
     if {"parquet", "lerobot", "lerobot-language"} & set(formats):
         lines += ["configs:", "- config_name: default", "  data_files:"]
-        names = {"train": "train", "val": "validation", "test": "test"}
-        for split in SPLITS:
-            if manifest["counts"].get("split", {}).get(split):
-                lines += [f"  - split: {names[split]}", f"    path: parquet/{split}/*.parquet"]
+        there = [split for split in SPLITS if manifest["counts"].get("split", {}).get(split)]
+        lines += [f"  - split: {_HUBS[split]}\n    path: parquet/{split}/*.parquet" for split in there]
     return "\n".join([*lines, "---"])
 
 

@@ -93,20 +93,20 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
     Raises:
         RequestError: If a name is no ablation, or a temperature is out of range.
     """
-    found = [DEFAULT]
-    varied = ""
+    found, varied = [DEFAULT], ""
     for part in (p.strip() for p in text.split(",") if p.strip()):
         name, equals, value = part.partition("=")
         varied = name.strip() if equals else varied if _number(part) is not None else ""
-        if varied == "temperature":
-            found.append(_at(value if equals else part))
-        elif varied or part not in ABLATIONS:
-            known = f"--ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
-            raise RequestError(f"{varied or part!r} cannot be switched off; {known}")
-        else:
-            found.append(Condition(f"no {part}", without=part))
-            found += [Condition(PAPER_EXAMPLES)] if part == "examples" else []
+        found += [_at(value if equals else part)] if varied == "temperature" else _without(part, varied)
     return tuple(dict.fromkeys(found))
+
+
+def _without(part: str, varied: str) -> list[Condition]:
+    if varied or part not in ABLATIONS:
+        known = f"--ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
+        raise RequestError(f"{varied or part!r} cannot be switched off; {known}")
+    paper = [Condition(PAPER_EXAMPLES)] if part == "examples" else []
+    return [Condition(f"no {part}", without=part), *paper]
 
 
 def _at(value: str) -> Condition:

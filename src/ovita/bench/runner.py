@@ -139,6 +139,11 @@ class _Cell:
     def key(self) -> tuple[str, str, str]:
         return self.writer, self.condition.name, self.sample.id
 
+    def system(self, plan: RunPlan) -> tuple[str, float]:
+        """The system that is asked: its name and temperature."""
+        own = self.condition.temperature
+        return self.writer, plan.temperature if own is None else own
+
 
 def run(
     dataset: Dataset,
@@ -277,20 +282,15 @@ def _workers(todo: Sequence[_Cell], plan: RunPlan, replaying: bool) -> tuple[Cal
     if local and (plan.engine == "ray" or (plan.jobs > 1 and len(todo) > 2 * plan.jobs)):
         return partial(_run_cell, plan=plan), plan.engine
 
-    def heat(cell: _Cell) -> float:
-        return plan.temperature if cell.condition.temperature is None else cell.condition.temperature
-
-    writers: dict[tuple[str, float], System] = {}
-    limiters: dict[str, Limiter] = {}
-    for cell in todo if not replaying else ():
-        temperature = heat(cell)
-        if (cell.writer, temperature) not in writers:
-            made = open_system(cell.writer, base_url=plan.base_url, temperature=temperature, timeout=plan.timeout)
-            writers[cell.writer, temperature] = made
-            limiters.setdefault(cell.writer, Limiter(None if is_local(cell.writer) else plan.per_minute))
+    wanted = dict.fromkeys(cell.system(plan) for cell in todo if not replaying)
+    made = {
+        (name, heat): open_system(name, base_url=plan.base_url, temperature=heat, timeout=plan.timeout)
+        for name, heat in wanted
+    }
+    limiters = {name: Limiter(None if is_local(name) else plan.per_minute) for name, _ in made}
 
     def work(cell: _Cell) -> Record:
-        return _run_cell(cell, plan, writers.get((cell.writer, heat(cell))), limiters.get(cell.writer))
+        return _run_cell(cell, plan, made.get(cell.system(plan)), limiters.get(cell.writer))
 
     return work, "threads"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, groupby
 from typing import Any, Literal
@@ -126,11 +126,14 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
         one_differs = a[1] == b[1] or a[0] == b[0]  # two writers as they are, or a condition and its default one
         if "default" in (a[1], b[1]) and one_differs:
             found += _pair(a, b, columns[a], columns[b])
+    return _corrected([*found, *_with_feedback(by_column(records))])
+
+
+def _with_feedback(columns: Mapping[Column, Sequence[Record]]) -> Iterator[Comparison]:
     for column, mine in columns.items():
-        if any(len(r.rounds) > 1 for r in mine.values()):
-            paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
-            found.append(Comparison("success", named(column), f"{named(column)}, with feedback", paired))
-    return _corrected(found)
+        if any(len(r.rounds) > 1 for r in mine):
+            paired = mcnemar([r.first.passed for r in mine], [r.last.passed for r in mine])
+            yield Comparison("success", named(column), f"{named(column)}, with feedback", paired)
 
 
 def _corrected(found: Sequence[Comparison]) -> list[Comparison]:

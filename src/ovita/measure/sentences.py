@@ -93,14 +93,18 @@ def _path(changes: Changes) -> list[str]:
             told.append(f"The {side} {_waypoints(count)} taken out: the {name} moved {directions(end.words)}.")
     inner = [(a, b) for a, b in changes.removed[: _MOST + 2] if a > 0 and b < n - 1]
     told += [f"The old {waypoints(a, b)} {'was' if a == b else 'were'} taken out." for a, b in inner]
-    put = changes.added[: _MOST + 2]
+    return told + _put_in(changes, beyond)
+
+
+def _put_in(changes: Changes, beyond: Insertion | None) -> list[str]:
+    put, told = changes.added[: _MOST + 2], []
     if beyond and changes.goal.shift >= _VISIBLE:
-        told.append(f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}.")
+        told = [f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}."]
         put = tuple(each for each in put if each is not beyond)
-    return told + [_put_in(each, each is beyond) for each in put]
+    return told + [_insertion(each, each is beyond) for each in put]
 
 
-def _put_in(put: Insertion, at_the_end: bool) -> str:
+def _insertion(put: Insertion, at_the_end: bool) -> str:
     where = "after the old goal" if at_the_end else f"as {waypoints(put.first, put.last)}"
     off = f", up to {number(put.off)} m off the old path" if put.off >= _VISIBLE else " along the old path"
     return f"{_waypoints(put.last - put.first + 1).capitalize()} put in {where}{off}."

@@ -367,14 +367,19 @@ def _scores(kept: Sequence[Rating]) -> Iterable[Score]:
     for instrument, prefix, number, score in _INSTRUMENTS:
         asked = [r for r in kept if r.question.startswith(prefix)]
         for condition, mine in _sorted_by(asked, _condition).items():
-            filled: dict[tuple[str, str], dict[str, float]] = defaultdict(dict)
-            for r in mine:
-                filled[r.participant, r.phase][r.question] = float(r.value)
-            whole = [(who, form) for (who, _), form in filled.items() if len(form) == number]
+            whole = [(who, form) for who, form in _forms(mine) if len(form) == number]
             yield Score(instrument, condition, _of_people((who, score(form)) for who, form in whole))
             for scale in sorted(whole[0][1]) if whole and prefix == "tlx_" else ():
                 mean = _of_people((who, form[scale]) for who, form in whole)
                 yield Score(f"TLX {scale.removeprefix(prefix)}", condition, mean)
+
+
+def _forms(given: Iterable[Rating]) -> Iterable[tuple[str, dict[str, float]]]:
+    """What each person wrote into a questionnaire, once for each phase."""
+    filled: dict[tuple[str, str], dict[str, float]] = defaultdict(dict)
+    for r in given:
+        filled[r.participant, r.phase][r.question] = float(r.value)
+    return ((who, form) for (who, _), form in filled.items())
 
 
 def _by_person(values: Iterable[tuple[str, float]]) -> dict[str, float]:
