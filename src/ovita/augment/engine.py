@@ -267,7 +267,7 @@ def _repeated(job: Job, records: Iterable[ShardRecord]) -> Iterator[tuple[int, f
 
 def _finished(job: Job, root: Path, records: Sequence[ShardRecord]) -> dict[str, Any]:
     """Finish the formats, and write the manifest; it says nothing of who made the shards, nor when."""
-    names = sorted({*chain.from_iterable(record.counts for record in records)})
+    names = sorted(set(chain.from_iterable(record.counts for record in records)))
     manifest = {
         **job.describe(),
         "kept": sum(record.kept for record in records),

@@ -417,19 +417,26 @@ def slotted(sentence: str, reading: str, objects: Sequence[str]) -> tuple[str, s
     if len(frames) != 1 or "{" in sentence or len(frames[0].named) > 1:
         return None
     shape = reading
-    for name in frames[0].named:
-        sentence, count = re.subn(rf"\b(?:the )?{re.escape(name)}\b", "{obj}", sentence, flags=re.IGNORECASE)
-        shape = shape.replace(name.replace(" ", "_"), "{obj}")
-        if count != 1:
-            return None
-    for number, unit in _QUANTITY.findall(reading):
-        said, slot = _UNITS[unit]
-        ending, filled = ("", "{k} ") if unit == "wp" else (r"(?![\w/])", f"{{{slot}}}")
-        sentence, count = re.subn(rf"(?<![\d.]){re.escape(number)} ?{said}{ending}", filled, sentence)
-        shape = shape.replace(f"{number}{unit}", f"{{{slot}}}wp" if unit == "wp" else f"{{{slot}}}", 1)
+    for pattern, filled, written, slot in (*map(_named, frames[0].named), *map(_stated, _QUANTITY.findall(reading))):
+        sentence, count = re.subn(pattern, filled, sentence)
+        shape = shape.replace(written, slot, -1 if slot == "{obj}" else 1)
         if count != 1:
             return None
     return None if _elsewhere(sentence, shape, objects) else (ordered(shape), sentence)
+
+
+def _named(name: str) -> tuple[str, str, str, str]:
+    """How an object is said, the slot for it, how it stands in a reading, and the slot there."""
+    return rf"(?i)\b(?:the )?{re.escape(name)}\b", "{obj}", name.replace(" ", "_"), "{obj}"
+
+
+def _stated(quantity: tuple[str, str]) -> tuple[str, str, str, str]:
+    """The same of a number and its unit."""
+    (number, unit), (said, slot) = quantity, _UNITS[quantity[1]]
+    pattern = rf"(?<![\d.]){re.escape(number)} ?{said}"
+    if unit == "wp":
+        return pattern, "{k} ", f"{number}{unit}", "{k}wp"
+    return rf"{pattern}(?![\w/])", f"{{{slot}}}", f"{number}{unit}", f"{{{slot}}}"
 
 
 def _elsewhere(sentence: str, shape: str, objects: Sequence[str]) -> bool:

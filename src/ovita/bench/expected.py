@@ -197,17 +197,16 @@ def _end_moved(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
 
 
 def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
-    where, q = case.where(frame), frame.by
-    relative = q is not None and q.unit in SHARE_UNITS
-    if q is not None and relative and frame.sense == "farther":
-        times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
+    where, alone = case.where(frame), case.alone(frame)
+    share = frame.by if frame.by and frame.by.unit in SHARE_UNITS else None
+    if share and frame.sense == "farther":
+        times = share.value if share.unit == "x" and share.value > 1 else 1.0 + share.value
         return P.farther(name, times=times, where=where)
     if where is not None:
         return asked.part_approached(name, frame.sense, where=where)
-    alone = case.alone(frame)
-    by, amount = case.metres(q), _amount(frame) if alone else None
-    if q is not None and relative:
-        by = _nearer(q) * case.distance(name)
+    by, amount = case.metres(frame.by), _amount(frame) if alone else None
+    if share:
+        by = _nearer(share) * case.distance(name)
     aimed = alone and len(frame.objects) == 1
     judged = P.closer if frame.sense == "closer" else P.farther
     exactly = aimed and case.frames.count(frame) == 1
@@ -306,8 +305,8 @@ def _accelerated(case: _Asked, frame: F.Pace) -> Check:
 def _factor(case: _Asked, frame: F.Pace) -> Check | None:
     """So many times as fast, where no other request says more of the speed."""
     factor, where, others = frame.factor, case.where(frame), case.beside(frame, F.Pace)
-    bounded = any(f.change in ("cap", "floor", "constant", "turns") for f in others)
-    if bounded and (where is None or any(f.part == frame.part for f in others)):
+    alike = others if where is None else [f for f in others if f.part == frame.part]
+    if alike and any(f.change in ("cap", "floor", "constant", "turns") for f in others):
         return None
     elsewhere = [outside(part) for f in others if f.part != frame.part and (part := case.part(f.part))]
     if elsewhere:
