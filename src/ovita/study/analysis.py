@@ -327,15 +327,21 @@ def _preferences(given: Sequence[Rating]) -> Preferred | None:
         return None
     names = sorted({name for pair in pairs for name in pair[1:3]})
     wins, ties = _tallied(pairs, names)
-    fitted, n = _fit(names, wins.sum(0), ties.sum(0)), len(wins)
-    weights = np.random.default_rng(0).multinomial(n, np.full(n, 1 / n), RESAMPLES)
-    drawn = [_fit(names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
-    spread = zip(fitted.worth, *np.quantile(np.array(drawn), (0.025, 0.975), axis=0).tolist(), strict=True)
-    worth = tuple(Estimate(value, low, high, n) for value, low, high in spread)
     total, even = wins.sum(0).astype(int).tolist(), ties.sum(0).astype(int).tolist()
     two = combinations(enumerate(names), 2)
     counts = {(a, b): (total[i][j], even[i][j], total[j][i]) for (i, a), (j, b) in two}
-    return Preferred(fitted, worth, {pair: count for pair, count in counts.items() if any(count)})
+    asked = {pair: count for pair, count in counts.items() if any(count)}
+    fitted = _fit(names, wins.sum(0), ties.sum(0))
+    return Preferred(fitted, _spread(fitted, wins, ties), asked)
+
+
+def _spread(fitted: Strengths, wins: Array, ties: Array) -> tuple[Estimate, ...]:
+    """The worth of each with its interval from resampling people."""
+    n = len(wins)
+    weights = np.random.default_rng(0).multinomial(n, np.full(n, 1 / n), RESAMPLES)
+    drawn = [_fit(fitted.names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
+    spread = zip(fitted.worth, *np.quantile(np.array(drawn), (0.025, 0.975), axis=0).tolist(), strict=True)
+    return tuple(Estimate(value, low, high, n) for value, low, high in spread)
 
 
 def _tallied(pairs: Sequence[tuple[str, ...]], names: Sequence[str]) -> tuple[Array, Array]:

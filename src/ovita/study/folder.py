@@ -97,11 +97,7 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
         RequestError: If the design cannot be met, or the folder is in use.
     """
     design = replace(read_design(file), **dict(changes or {}))  # type: ignore[arg-type]
-    consent = Path(file).parent / design.consent
-    text = consent_text(consent)
-    if UNFINISHED in text and not design.pilot:
-        problem = "is still the example's text; write your own, or set pilot = true for a trial"
-        raise FormatError(str(consent), problem)
+    text = _finished_consent(Path(file).parent / design.consent, design)
     items = gather(runs, design.conditions, design.items)
     names = tuple(items[0].results)
     people = assign(design, [item.sample for item in items], names)
@@ -121,6 +117,13 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
     finally:
         shutil.rmtree(building, ignore_errors=True)
     return open_study(out)
+
+
+def _finished_consent(file: Path, design: StudyDesign) -> str:
+    text = consent_text(file)
+    if UNFINISHED in text and not design.pilot:
+        raise FormatError(str(file), "is still the example's text; write your own, or set pilot = true for a trial")
+    return text
 
 
 def open_study(path: str | os.PathLike[str]) -> StudyFolder:

@@ -76,8 +76,9 @@ def gather(runs: Sequence[str], conditions: Mapping[str, str], limit: int | None
 
 def secrets_of(found: Mapping[str, Mapping[str, Record]]) -> tuple[str, ...]:
     """The names that no page may show: of conditions, writers and models; longest first."""
-    records = [record for mine in found.values() for record in mine.values()]
-    names = {*found, *(r.writer for r in records), *(done.model for r in records for done in r.rounds)}
+    records = list(chain.from_iterable(mine.values() for mine in found.values()))
+    models = {done.model for done in chain.from_iterable(record.rounds for record in records)}
+    names = {*found, *models, *(record.writer for record in records)}
     parts = {part for name in names for part in name.split(":")}
     names |= {part for part in parts if len(part) > 3 and part.casefold() not in _WORDS}
     return tuple(sorted(filter(None, names), key=len, reverse=True))
