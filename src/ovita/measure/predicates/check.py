@@ -158,9 +158,10 @@ class Pair:
         return 0.0 if item is None else extent_along(item, axis)
 
     def stretch(self, where: Where) -> Array:
-        """The adapted positions (K, 3) [m] of a part of the original; all of them where nothing of it is left."""
+        """The adapted positions (K, 3) [m], K >= 2, of a part of the original; of all of it where nothing is left."""
         _, rows = (self.original, self.adapted) if where is None else self.part(where)
-        return (rows if len(rows) else self.adapted)[:, :3]
+        rows = rows if len(rows) else self.adapted
+        return rows[[0, *range(len(rows))], :3]  # the first twice, so that a single one is a segment, too
 
     def part(self, where: Where) -> tuple[Array, Array]:
         """The waypoints of a part that are left: original rows (K, 4) and the adapted rows (K, 4) that they became."""
