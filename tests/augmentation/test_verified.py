@@ -36,7 +36,7 @@ def test_where_the_limits_surely_hold_constrain_leaves_all_as_it_is(block):
 
 
 def test_a_sample_is_what_its_policy_makes_in_the_usual_way():
-    manner, no = Manner(2, families_from(())), {}
+    manner, no = Manner(2, families_from(())), Counter()
     for block in range(2):
         ground = POOL.ground(2, block)
         for index in range(16 * block, 16 * block + 8):

@@ -209,3 +209,18 @@ def test_odd_trajectories_get_a_verdict(entry):
         for original, adapted in ((ROWS, rows), (rows, ROWS), (rows, rows)):
             verdict = judged(entry[0], lambda r, s, adapted=adapted: adapted, original)
             assert isinstance(verdict.passed, bool) and verdict.sentence.endswith(".")
+
+
+@pytest.mark.parametrize("left", [0, 1])
+def test_a_part_of_which_little_or_nothing_is_left_is_judged(left):
+    where, rows = ck.last(10), ROWS[: len(ROWS) - 10 + left]
+    near, scaled = ck.min_distance("cup", 0.01, where=where), asked.scaled(1.5, where=where, about="cup")
+    verdicts = [judged(check, lambda *_: rows) for check in (near, asked.passes_at("cup", 0.01, where=where), scaled)]
+    assert not verdicts[2].passed and all("nan" not in verdict.sentence for verdict in verdicts)
+    assert left or "none of those waypoints is left" in verdicts[2].sentence
+
+
+def test_a_path_that_came_no_closer_blames_no_object_that_is_not_there():
+    alone = Scene((SCENE["cup"],), SCENE.frame)
+    verdict = judged(ck.closer("cup"), pull("cup", 0.05, -1.0), scene=alone)
+    assert not verdict.passed and "changed more" not in verdict.sentence

@@ -43,7 +43,7 @@ def test_lines_count_what_passed(outcome):
 
 
 def test_feedback_and_pairs_are_compared(outcome):
-    assert [x.successes for x in tables.rounds(outcome.records, (LEARNER, "default"))] == [0, 3]
+    assert [x.successes for x in tables.rounds(tables.by_column(outcome.records)[LEARNER, "default"])] == [0, 3]
     found = {(c.what, c.a, c.b): c.paired for c in tables.comparisons(outcome.records)}
     writers = found["success", "builtin", LEARNER]
     assert (writers.n, writers.changed, writers.better) == (6, 4, 1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
@@ -34,8 +35,9 @@ _SPREADS = {
 }
 """Distributions of the manifest that the card shows, with their headings."""
 
+_HUBS = {"train": "train", "val": "validation", "test": "test"}
 _SIZES = (10**3, 10**4, 10**5, 10**6, 10**7, 10**8, 10**9)
-_NAMES = ("1K", "10K", "100K", "1M", "10M", "100M", "1B")
+_RANGES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B", "n>1B")
 
 _IS_NOT = """\
 - No recording of a robot. Every motion was computed and none executed; no camera saw it, so there are no pictures.
@@ -71,18 +73,16 @@ def licences_from(stated: Sequence[str], sources: Sequence[str]) -> tuple[tuple[
     Raises:
         RequestError: If a text names no licence, or a source that is not there.
     """
-    found: dict[str, str] = {}
-    rest = NOT_STATED
-    for text in stated:
-        source, given, licence = (part.strip() for part in text.rpartition("="))
+    found = {name: OURS if name.startswith("random:") else NOT_STATED for name in sources}
+    pairs = [(text, *(part.strip() for part in text.rpartition("="))) for text in stated]
+    for text, source, given, licence in sorted(pairs, key=lambda pair: bool(pair[2])):
         if not licence or (given and not source):
             raise RequestError(f"--licence {text!r}: say a licence, or SOURCE=LICENCE, such as demos/=CC-BY-4.0")
-        mine = [name for name in sources if _is_of(name, source)]
+        mine = [name for name in sources if (_is_of(name, source) if given else found[name] != OURS)]
         if given and not mine:
             raise RequestError(f"--licence {text!r}: there is no source {source!r}; the sources are {listing(sources)}")
         found |= dict.fromkeys(mine, licence)
-        rest = rest if given else licence
-    return tuple((name, found.get(name, OURS if name.startswith("random:") else rest)) for name in sources)
+    return tuple(found.items())
 
 
 def _is_of(name: str, source: str) -> bool:
@@ -95,9 +95,8 @@ def _is_of(name: str, source: str) -> bool:
 def card(manifest: Mapping[str, Any], licences: Mapping[str, str]) -> str:
     """The card as Markdown with the header that data set hubs read."""
     kept, splits = manifest["kept"], manifest["counts"].get("split", {})
-    sources = [
-        (source["name"], source["what"], licences.get(source["name"], NOT_STATED)) for source in manifest["sources"]
-    ]
+    named = [(source["name"], source["what"]) for source in manifest["sources"]]
+    sources = [(name, what, licences.get(name, NOT_STATED)) for name, what in named]
     own = [f"{name} {splits[name]:,}" for name in SPLITS if name in splits]
     parts = [
         _header(manifest, {licence for _, _, licence in sources}),
@@ -133,8 +132,7 @@ def card(manifest: Mapping[str, Any], licences: Mapping[str, str]) -> str:
 def _header(manifest: Mapping[str, Any], licences: set[str]) -> str:
     """The YAML header that data set hubs read."""
     kept, formats = manifest["kept"], manifest["formats"]
-    place = next((i for i, size in enumerate(_SIZES) if kept < size), len(_SIZES))
-    size = "n<1K" if place == 0 else f"{_NAMES[place - 1]}<n<{_NAMES[place]}" if place < len(_SIZES) else "n>1B"
+    size = _RANGES[bisect_right(_SIZES, kept)]
     free = licences <= {OURS}
     lines = [
         "---",
@@ -147,10 +145,8 @@ def _header(manifest: Mapping[str, Any], licences: set[str]) -> str:
     ]
     if {"parquet", "lerobot", "lerobot-language"} & set(formats):
         lines += ["configs:", "- config_name: default", "  data_files:"]
-        names = {"train": "train", "val": "validation", "test": "test"}
-        for split in SPLITS:
-            if manifest["counts"].get("split", {}).get(split):
-                lines += [f"  - split: {names[split]}", f"    path: parquet/{split}/*.parquet"]
+        there = [split for split in SPLITS if manifest["counts"].get("split", {}).get(split)]
+        lines += [f"  - split: {_HUBS[split]}\n    path: parquet/{split}/*.parquet" for split in there]
     return "\n".join([*lines, "---"])
 
 
@@ -193,7 +189,5 @@ def _share(count: int, total: int) -> str:
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """A table in Markdown; a bar in a cell cannot end it."""
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "\n".join(
-        "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in row) + " |" for row in lines
-    )
+    safe = [[cell.replace("|", "\\|").replace("\n", " ") for cell in row] for row in rows]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *safe))

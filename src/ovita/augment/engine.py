@@ -13,10 +13,11 @@ import math
 import os
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,6 @@ class Job:
 
     Args:
         n: How many samples are tried; a number whose draws all fail stays empty.
-        manner: How samples are drawn.
-        pool: What they are drawn from.
-        sinks: What writes them.
-        shard: Samples in a shard.
         block: Samples of one scene that follow each other.
         wordings: Other words than those of the grammar, or None.
     """
@@ -107,18 +104,18 @@ def make_shard(job: Job, shard: int, without: frozenset[int] = frozenset()) -> M
     """
     span, wordings = job.span(shard), job.wordings or grammar()
     found: list[Made] = []
-    rejected: dict[str, int] = {}
+    rejected: Counter[str] = Counter()
     for block in range(span.start // job.block, (span.stop - 1) // job.block + 1):
         ground = job.pool.ground(job.manner.seed, block)
         taken: set[str] = set()
         for index in range(block * job.block, min((block + 1) * job.block, span.stop)):
-            counts = rejected if index in span else {}
+            counts = rejected if index in span else Counter[str]()
             made = make(index, ground, job.manner, wordings, taken, counts)
             if made is not None and index in span and index not in without:
                 found.append(made)
     if without:
-        rejected["duplicate"] = rejected.get("duplicate", 0) + len(without & set(span))
-    return MadeShard(tuple(found), dict(sorted(rejected.items())))
+        rejected["duplicate"] += len(without & set(span))
+    return MadeShard(tuple(found), _sums([rejected]))
 
 
 def write_shard(job: Job, folder: Path, shard: int, without: frozenset[int] = frozenset()) -> ShardRecord:
@@ -142,7 +139,7 @@ def write_shard(job: Job, folder: Path, shard: int, without: frozenset[int] = fr
 
 def counted(made: Iterable[Made]) -> dict[str, dict[str, int]]:
     """How the samples spread: over families, splits, directions, regions, magnitudes, shifts, scales and verdicts."""
-    counts: dict[str, Counter[str]] = {}
+    counts: dict[str, Counter[str]] = defaultdict(Counter)
     for one in made:
         sample, seen = one.sample, one.sample.measured
         values = {
@@ -158,8 +155,8 @@ def counted(made: Iterable[Made]) -> dict[str, dict[str, int]]:
             "words": [_bin(float(len(sample.instruction.split())), "")],
         }
         for name, said in values.items():
-            counts.setdefault(name, Counter()).update(said)
-    return {name: dict(sorted(count.items())) for name, count in sorted(counts.items())}
+            counts[name].update(said)
+    return {name: _sums([count]) for name, count in sorted(counts.items())}
 
 
 _EDGES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
@@ -188,8 +185,6 @@ class AugmentedDataset:
     """A finished dataset.
 
     Args:
-        folder: Where it is.
-        manifest: What is in it.
         seconds: How long this run took [s]; shards that were there are not counted.
         made: Shards that this run made.
     """
@@ -224,7 +219,7 @@ def run(
     with open(root / ".lock", "ab") as held:
         lock(held, str(folder))
         _claim(job, root)
-        records = {k: record for k in range(job.shards) for record in (ShardRecord.load(root, k),) if record}
+        records = {k: record for k in range(job.shards) if (record := ShardRecord.load(root, k))}
         todo = [k for k in range(job.shards) if k not in records]
         kept = sum(record.kept for record in records.values())
         work = partial(_written, job=job, root=root.resolve())
@@ -261,22 +256,23 @@ def _repeated(job: Job, records: Iterable[ShardRecord]) -> Iterator[tuple[int, f
     if not job.pool.repeats:
         return
     seen: set[str] = set()
-    again: dict[int, set[int]] = {}
     for record in sorted(records, key=lambda r: r.shard):
+        again = set()
         for index, key in record.keys:
-            if key in seen:
-                again.setdefault(record.shard, set()).add(index)
+            again |= {index} if key in seen else set()
             seen.add(key)
-    yield from ((shard, frozenset(numbers)) for shard, numbers in sorted(again.items()))
+        if again:
+            yield record.shard, frozenset(again)
 
 
 def _finished(job: Job, root: Path, records: Sequence[ShardRecord]) -> dict[str, Any]:
     """Finish the formats, and write the manifest; it says nothing of who made the shards, nor when."""
+    names = sorted(set(chain.from_iterable(record.counts for record in records)))
     manifest = {
         **job.describe(),
         "kept": sum(record.kept for record in records),
         "rejected": _sums(record.rejected for record in records),
-        "counts": {name: _sums(r.counts.get(name, {}) for r in records) for name in sorted(_names(records))},
+        "counts": {name: _sums(r.counts.get(name, {}) for r in records) for name in names},
         "shards": [
             {"shard": r.shard, "first": r.first, "end": r.end, "kept": r.kept, "files": [asdict(f) for f in r.files]}
             for r in records
@@ -288,11 +284,8 @@ def _finished(job: Job, root: Path, records: Sequence[ShardRecord]) -> dict[str,
     return manifest
 
 
-def _names(records: Iterable[ShardRecord]) -> set[str]:
-    return {name for record in records for name in record.counts}
-
-
 def _sums(counts: Iterable[Mapping[str, int]]) -> dict[str, int]:
+    """The sum of counts, in the order of their names."""
     total: Counter[str] = Counter()
     for count in counts:
         total.update(count)
@@ -330,6 +323,11 @@ class Machine:
             )
         return machine
 
+    def takes(self, n: float, rates: Rates) -> tuple[float, float]:
+        """The hours that n verified samples take, all cores busy, and what they cost."""
+        hours = n * rates.seconds / self.cores / 3600.0
+        return hours, hours * self.price
+
 
 EXAMPLES = (Machine("laptop", 4, 0.0), Machine("server", 32, 1.5), Machine("10 servers", 320, 15.0))
 """Made up, so that a table shows something; give machines of your own."""
@@ -357,23 +355,6 @@ def measure(job: Job, trial: int = TRIAL) -> Rates:
     return Rates(seconds / record.kept, sum(file.bytes for file in record.files) / record.kept, record.kept / trial)
 
 
-@dataclass(frozen=True)
-class MachineTime:
-    """What a dataset takes on a machine: hours of it, money, and room on disk [bytes]."""
-
-    machine: Machine
-    hours: float
-    cost: float
-    bytes: float
-
-
-def estimates(n: float, rates: Rates, machines: Sequence[Machine]) -> Iterator[MachineTime]:
-    """What n verified samples take on each machine, all cores busy."""
-    for machine in machines:
-        hours = n * rates.seconds / machine.cores / 3600.0
-        yield MachineTime(machine, hours, hours * machine.price, n * rates.bytes)
-
-
 def lines(n: float, rates: Rates, machines: Sequence[Machine], shard: int) -> Iterator[str]:
     """The plan as lines of text."""
     yield (
@@ -383,8 +364,9 @@ def lines(n: float, rates: Rates, machines: Sequence[Machine], shard: int) -> It
     hours, size = n * rates.seconds / 3600, _size(n * rates.bytes)
     yield f"{n:.3g} samples: {hours:.3g} core-hours, {size}, {math.ceil(n / shard)} shards."
     yield f"{'machine':<16}{'cores':>7}{'hours':>10}{'cost':>12}"
-    for one in estimates(n, rates, machines or EXAMPLES):
-        yield f"{one.machine.name:<16}{one.machine.cores:>7}{one.hours:>10.3g}{one.cost:>12.2f}"
+    for machine in machines or EXAMPLES:
+        hours, cost = machine.takes(n, rates)
+        yield f"{machine.name:<16}{machine.cores:>7}{hours:>10.3g}{cost:>12.2f}"
     if not machines:
         yield "These machines and prices are examples; give your own: --machine NAME=CORES,PRICE (of an hour)."
 

@@ -59,13 +59,13 @@ class RosBags(Sink):
 
     def write(self, folder: Path, shard: int, samples: Sequence[AugmentedSample]) -> Sequence[ShardFile]:
         """Write a bag for each split."""
-        done, maker = [], bag_maker()
-        for split in SPLITS:
-            path = f"mcap/{split}/{shard:06d}.mcap"
-            messages = [one for sample in samples if sample.split == split for one in _messages(sample, maker)]
-            if messages:
-                done.append(written(folder, path, bag_of(path, messages)))
-        return done
+        maker, paths = bag_maker(), {split: f"mcap/{split}/{shard:06d}.mcap" for split in SPLITS}
+        mine = {split: [sample for sample in samples if sample.split == split] for split in SPLITS}
+        return [
+            written(folder, path, bag_of(path, [one for sample in mine[split] for one in _messages(sample, maker)]))
+            for split, path in paths.items()
+            if mine[split]
+        ]
 
 
 def read_scene_files(folder: Path, shard: str = "*") -> Iterator[AugmentedSample]:

@@ -34,13 +34,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Legality:
-    """The limits that a robot and a scene impose on changes of a trajectory.
-
-    Args:
-        original: The trajectory before the change.
-        scene: Its objects are obstacles.
-        robot: Whose limits.
-    """
+    """The limits that a robot and a scene impose on changes of a trajectory."""
 
     original: Trajectory
     scene: Scene
@@ -129,7 +123,6 @@ class Ground:
     Args:
         name: Such as "random:drone/00012"; samples of one ground share their split.
         task: The trajectory, its scene and the name of its robot.
-        robot: The robot's limits.
         visit: How many blocks of samples were drawn from it before this one.
     """
 

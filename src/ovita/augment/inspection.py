@@ -99,9 +99,7 @@ class Findings:
     """What a second look at a dataset found.
 
     Args:
-        files: How many files were looked at.
         damaged: Those that are not as they were written, or are not there.
-        samples: How many samples were judged.
         failed: Indices of samples whose check does not pass.
         astray: Scenes' names with samples in more than one split.
     """

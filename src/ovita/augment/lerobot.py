@@ -329,14 +329,8 @@ def _quantile_names() -> list[str]:
 
 def _statistics(block: Array) -> dict[str, Array]:
     """Statistics of one episode (T, D), each (D,)."""
-    ranked = np.sort(block, axis=0)
-    places = np.array(QUANTILES) * (len(block) - 1)
-    low = places.astype(int)
-    share = (places - low)[:, None]
-    high = np.minimum(low + 1, len(block) - 1)
-    quantiles = ranked[low] * (1.0 - share) + ranked[high] * share
-    found = {"min": ranked[0], "max": ranked[-1], "mean": block.mean(axis=0), "std": block.std(axis=0)}
-    return found | dict(zip(_quantile_names(), quantiles, strict=True))
+    found = {key: getattr(block, key)(axis=0) for key in ("min", "max", "mean", "std")}
+    return found | dict(zip(_quantile_names(), np.quantile(block, QUANTILES, axis=0), strict=True))
 
 
 def _quantiles(files: Sequence[Path], sums: _Sums, columns: Mapping[str, slice]) -> Array:

@@ -112,14 +112,13 @@ def sample_of(row: Mapping[str, Any]) -> AugmentedSample:
 
 def _table(samples: Sequence[AugmentedSample]) -> Any:
     pyarrow, _ = arrow()
-    known = [sample.words_and_facts() for sample in samples]
     written = partial(json.dumps, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    facts = [sample.words_and_facts() for sample in samples]
+    known = [one | {name: written(one[name]) for name in _DOCUMENTS} for one in facts]
     text = pyarrow.string()
-    columns = {name: pyarrow.array([one[name] for one in known], pyarrow.int64()) for name in _INTEGERS}
-    columns |= {name: pyarrow.array([one[name] for one in known], text) for name in _TEXTS}
-    columns |= {name: pyarrow.array([written(one[name]) for one in known], text) for name in _DOCUMENTS}
-    columns["paraphrases"] = pyarrow.array([one["paraphrases"] for one in known], pyarrow.list_(text))
-    columns["timestep"] = pyarrow.array([one["timestep"] for one in known], pyarrow.float64())
+    types = dict.fromkeys(_INTEGERS, pyarrow.int64()) | dict.fromkeys((*_TEXTS, *_DOCUMENTS), text)
+    types |= {"paraphrases": pyarrow.list_(text), "timestep": pyarrow.float64()}
+    columns = {name: pyarrow.array([one[name] for one in known], kind) for name, kind in types.items()}
     columns["trajectory"] = _rows_column([s.task.trajectory for s in samples])
     columns["adapted"] = _rows_column([s.adapted for s in samples])
     return pyarrow.table(columns)

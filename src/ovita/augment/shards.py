@@ -14,9 +14,11 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from ovita.errors import FormatError
 from ovita.io import Task, atomic_write, scene_dict, trajectory_rows
-from ovita.io.documents import scene_from_dict
+from ovita.io.documents import plain, scene_from_dict
 from ovita.io.files import make_folder, read_text
 from ovita.io.waypoints import trajectory_from_rows
 from ovita.measure.predicates import Check
@@ -35,7 +37,6 @@ class AugmentedSample:
 
     Args:
         index: Its number; with the seed it determines everything else.
-        seed: Of the dataset.
         source: Where trajectory and scene come from, such as "random:drone/00012" or "file:scene.json"; samples of
             one source share their split.
         task: The original trajectory with its scene, robot and instruction.
@@ -43,15 +44,11 @@ class AugmentedSample:
         paraphrases: Other sentences of the same meaning.
         frames: What the sentence means, as JSON documents (`instruct.frames.from_json` reads them).
         adapted: The trajectory after the limits.
-        code: The policy that made it.
-        parameters: The policy's parameters, as JSON documents.
         verdict: "done", or "limited" where the limits changed the proposal.
         check: What had to hold, as a JSON document (`Check.from_dict` reads it).
         measured: What the check measured, and of what kind and size the change is: "sentence", "directions", "region",
             "magnitude" [m, or a factor on the speed] and "shift" [m], the largest displacement.
-        family: The kind of request.
         split: Of SPLITS.
-        version: Of ovita.
     """
 
     index: int
@@ -79,25 +76,8 @@ class AugmentedSample:
     def words_and_facts(self) -> dict[str, Any]:
         """The sample as a JSON document, but for its two motions."""
         task = self.task
-        return {
-            "index": self.index,
-            "seed": self.seed,
-            "source": self.source,
-            "split": self.split,
-            "family": self.family,
-            "instruction": self.instruction,
-            "paraphrases": list(self.paraphrases),
-            "frames": [dict(frame) for frame in self.frames],
-            "robot": task.robot,
-            "scene": scene_dict(task.scene),
-            "timestep": task.trajectory.timestep,
-            "code": self.code,
-            "parameters": [dict(parameter) for parameter in self.parameters],
-            "verdict": self.verdict,
-            "check": dict(self.check),
-            "measured": dict(self.measured),
-            "version": self.version,
-        }
+        facts = {"robot": task.robot, "scene": scene_dict(task.scene), "timestep": task.trajectory.timestep}
+        return {name: facts[name] if name in facts else plain(getattr(self, name)) for name in _FACTS}
 
     def to_dict(self) -> dict[str, Any]:
         """The sample as a JSON document, which `from_dict` reads."""
@@ -114,10 +94,16 @@ class AugmentedSample:
         scene = scene_from_dict(document["scene"])
         said = document["instruction"]
         task = Task(_trajectory(document, "trajectory"), scene, said, robot=document["robot"])
-        plain = ("index", "seed", "source", "code", "verdict", "check", "measured", "family", "split", "version")
-        listed = {key: tuple(document[key]) for key in ("paraphrases", "frames", "parameters")}
-        values: dict[str, Any] = {key: document[key] for key in plain} | listed
-        return cls(task=task, instruction=said, adapted=_trajectory(document, "adapted"), **values)
+        values: dict[str, Any] = {key: document[key] for key in _FACTS if key not in ("robot", "scene", "timestep")}
+        values |= {key: tuple(document[key]) for key in ("paraphrases", "frames", "parameters")}
+        return cls(task=task, adapted=_trajectory(document, "adapted"), **values)
+
+
+_FACTS = (
+    *("index", "seed", "source", "split", "family", "instruction", "paraphrases", "frames", "robot", "scene"),
+    *("timestep", "code", "parameters", "verdict", "check", "measured", "version"),
+)
+"""The keys of a sample's document, but for its motions."""
 
 
 def _trajectory(document: Mapping[str, Any], key: str) -> Trajectory:
@@ -160,10 +146,7 @@ class ShardRecord:
     """What is known of a finished shard.
 
     Args:
-        shard: Its number.
         first, end: Indices of its first sample, and one past its last: its range of seeds.
-        kept: How many samples it holds.
-        files: Its files.
         rejected: How many draws were rejected, by reason.
         counts: Distributions for the report on diversity: name, value, number of samples.
         keys: For each sample its index and the hash of its scene and rounded frames; near duplicates share it.
@@ -191,14 +174,11 @@ class ShardRecord:
         if not file.exists():
             return None
         try:
-            document = json.loads(read_text(file))
-            files = tuple(ShardFile(**one) for one in document.pop("files"))
-            record = cls(files=files, keys=tuple(map(tuple, document.pop("keys"))), **document)
-        except (ValueError, KeyError, TypeError):
-            raise FormatError(
-                str(file), "this is no record of a shard; delete it, and the shard is made again"
-            ) from None
-        return record if all(is_there(folder, one) for one in files) else None
+            record = TypeAdapter(cls).validate_json(read_text(file))
+        except ValidationError:
+            problem = "this is no record of a shard; delete it, and the shard is made again"
+            raise FormatError(str(file), problem) from None
+        return record if all(is_there(folder, one) for one in record.files) else None
 
 
 def record_file(folder: Path, shard: int) -> Path:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -65,14 +66,19 @@ def _paths(axes: Axes, original: Trajectory, adapted: Trajectory, scene: Scene) 
         low, high = box.min(axis=0), box.max(axis=0)
         axes.fill([low[0], high[0], high[0], low[0]], [low[1], low[1], high[1], high[1]], color=colour, alpha=0.35)
         axes.annotate(item.name, (low + high) / 2.0, fontsize=6, ha="center", va="center")
-    for path, name, width in ((original, "before", 2.5), (adapted, "after", 1.2)):
+    for path, looks in _lines(original, adapted):
         places = path.positions[:, [across, up]]
-        axes.plot(*places.T, color=COLOURS[name], lw=width, alpha=0.6 if name == "before" else 1.0)
+        axes.plot(*places.T, **looks)
         for place, (end, mark) in zip((places[0], places[-1]), _ENDS.items(), strict=True):
             axes.plot(*place, mark, color=COLOURS[end], ms=4)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"{'xyz'[across]} [m], + is {axis_word(scene.frame, across)}", fontsize=6)
     axes.set_ylabel(f"{'xyz'[up]} [m], + is {axis_word(scene.frame, up)}", fontsize=6)
+
+
+def _lines(original: Trajectory, adapted: Trajectory) -> Iterator[tuple[Trajectory, dict[str, Any]]]:
+    yield original, {"color": COLOURS["before"], "lw": 2.5, "alpha": 0.6}
+    yield adapted, {"color": COLOURS["after"], "lw": 1.2}
 
 
 def _view(original: Trajectory, adapted: Trajectory) -> tuple[int, int]:
@@ -87,9 +93,8 @@ def _view(original: Trajectory, adapted: Trajectory) -> tuple[int, int]:
 
 
 def _speeds(axes: Axes, original: Trajectory, adapted: Trajectory) -> None:
-    for path, name, width in ((original, "before", 2.5), (adapted, "after", 1.2)):
-        alpha = 0.6 if name == "before" else 1.0
-        axes.plot(path.arc_length, path.speeds, color=COLOURS[name], lw=width, alpha=alpha)
+    for path, looks in _lines(original, adapted):
+        axes.plot(path.arc_length, path.speeds, **looks)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("way [m]", fontsize=6)
     axes.set_ylabel("speed [m/s]; the path stays", fontsize=6)

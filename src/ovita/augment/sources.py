@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import permutations
+from itertools import chain, islice, permutations
 from pathlib import Path
 
 from ovita.augment.ground import GroundPool, Mixed, RandomScenes, Tasks
@@ -33,7 +33,7 @@ Given = str | os.PathLike[str] | Task | Trajectory
 
 
 def open_pool(
-    sources: Iterable[Given] = (), *, robot: str | None = None, waypoints: int | None = None, planner: str = "limits"
+    sources: Iterable[Given] = (), *, robot: str | None = None, waypoints: int | None = None
 ) -> tuple[GroundPool, tuple[str, ...]]:
     """The pool of some sources, taken in turn, and notes on those that were left out.
 
@@ -43,7 +43,6 @@ def open_pool(
             tasks and trajectories. None means random scenes of every scale.
         robot: Whose limits hold in all that is given; None takes what each file names, else none.
         waypoints: Of random scenes and generated trajectories; None leaves it to them.
-        planner: For scenes without a trajectory.
 
     Raises:
         RequestError: If nothing can be used.
@@ -53,15 +52,13 @@ def open_pool(
     given = list(sources) or [RANDOM]
     if robot is not None:
         load_robot(robot)
-    scales = [scale for one in given if isinstance(one, str) for scale in _scales(one)]
+    scales = dict.fromkeys(scale for one in given if isinstance(one, str) for scale in _scales(one))
     notes: list[str] = []
-    of_file = partial(_of_file, robot=robot, waypoints=waypoints, planner=planner)
-    found = [one for number, source in enumerate(given) for one in _of_source(source, number, notes, of_file)]
-    if robot is not None:
-        found = [(name, replace(task, robot=robot), what) for name, task, what in found]
-    found = [one for one in found if _usable(*one[:2], notes)]
-    pools: list[GroundPool] = [RandomScenes(tuple(dict.fromkeys(scales)), waypoints)] if scales else []
-    pools += [Tasks(tuple(found))] if found else []
+    of_file = partial(_of_file, robot=robot, waypoints=waypoints)
+    named = chain.from_iterable(_of_source(source, number, notes, of_file) for number, source in enumerate(given))
+    found = tuple(_usable(named, robot, notes))
+    pools: list[GroundPool] = [RandomScenes(tuple(scales), waypoints)] if scales else []
+    pools += [Tasks(found)] if found else []
     if not pools:
         said = [*(f"{note}." for note in notes), "No source is left; name files, folders, or random"]
         raise RequestError(" ".join(said))
@@ -78,26 +75,32 @@ def _scales(name: str) -> tuple[str, ...]:
     return (scale,) if scale else tuple(SETTINGS)
 
 
-def _usable(name: str, task: Task, notes: list[str]) -> bool:
-    """Whether a task goes somewhere and keeps the limits of its robot; a note says why not."""
+Named = Iterator[tuple[str, Task, str]]
+"""Tasks, each with the name of its source and what identifies its content."""
+
+
+def _usable(named: Named, robot: str | None, notes: list[str]) -> Named:
+    """The tasks that go somewhere and keep the limits of their robot; notes say why others do not."""
+    for name, task, what in named:
+        task = task if robot is None else replace(task, robot=robot)
+        why = _obstacle(name, task)
+        if why:
+            notes.append(f"left out: {name} {why}")
+        else:
+            yield name, task, what
+
+
+def _obstacle(name: str, task: Task) -> str:
     try:
         robot = load_robot(task.robot or "none")
     except OvitaError as error:
         raise RequestError(f"{name}: {error}; give --robot") from None
-    if task.trajectory.length <= 0.0:
-        notes.append(f"left out: {name} stands still")
-        return False
     path = task.trajectory
+    if path.length <= 0.0:
+        return "stands still"
     checks = verify(path, task.scene, robot, proposed=path, original=path)
-    broken = [c.name for c in checks if c.unit == "m" and not c.held]
-    if broken:
-        limits = ", ".join(dict.fromkeys(broken))
-        notes.append(f"left out: {name} itself breaks limits of the robot {robot.name} ({limits}); see --robot")
-    return not broken
-
-
-Named = Iterator[tuple[str, Task, str]]
-"""Tasks, each with the name of its source and what identifies its content."""
+    broken = ", ".join(dict.fromkeys(c.name for c in checks if c.unit == "m" and not c.held))
+    return f"itself breaks limits of the robot {robot.name} ({broken}); see --robot" if broken else ""
 
 
 def _of_source(source: Given, number: int, notes: list[str], of_file: Callable[[Path, str], Named]) -> Named:
@@ -132,7 +135,7 @@ def _of_folder(folder: Path, notes: list[str], of_file: Callable[[Path, str], Na
             notes.append(f"left out: {error}")
 
 
-def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None, planner: str) -> Named:
+def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None) -> Named:
     what = _digest(file.read_bytes()) if file.is_file() else "a folder"
     if suffix(file) == ".json" and is_skill_file(file):
         from ovita.sources.skills import Skill
@@ -144,23 +147,17 @@ def _of_file(file: Path, name: str, *, robot: str | None, waypoints: int | None,
     if bare is None:
         yield _named(f"file:{name}", load_task(file), what)
         return
-    ways = _planned(bare.scene, robot or bare.robot, waypoints, planner)
+    ways = islice(_planned(bare.scene, robot or bare.robot, waypoints), WAYS)
     yield from (_named(f"plan:{name}#{i:02d}", task, what) for i, task in enumerate(ways))
 
 
-def _planned(scene: Scene, robot: str | None, waypoints: int | None, planner: str) -> Iterator[Task]:
+def _planned(scene: Scene, robot: str | None, waypoints: int | None) -> Iterator[Task]:
     """Ways from object to object that are legal, in the order of the objects."""
     from ovita.sources.planner import WAYPOINTS, plan
 
-    found = 0
     for start, goal in permutations(scene.names, 2):
-        if found == WAYS:
-            return
-        way = plan(
-            scene, start=start, goal=goal, robot=robot or "none", planner=planner, waypoints=waypoints or WAYPOINTS
-        )
+        way = plan(scene, start=start, goal=goal, robot=robot or "none", waypoints=waypoints or WAYPOINTS)
         if way.ok:
-            found += 1
             yield way.task(robot)
 
 

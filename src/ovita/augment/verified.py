@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -31,7 +32,7 @@ from ovita.limits import constrain
 from ovita.measure.predicates import Check
 from ovita.measure.predicates.check import CheckResult, Pair
 from ovita.paths.geometry import lengths
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Trajectory, interpolate
 from ovita.policy.direct import TooMuch
 from ovita.policy.policy import to_rows
 from ovita.policy.sandbox import to_trajectory
@@ -66,7 +67,6 @@ class Manner:
     """How samples are drawn.
 
     Args:
-        seed: Of the dataset.
         families: Taken in turn.
         paraphrases: Further sentences for each sample.
         repairs: Share of the draws that break a limit with their path which go to the solver; the others are rejected.
@@ -97,7 +97,7 @@ class Made:
 
 
 def make(
-    index: int, ground: Ground, manner: Manner, wordings: Wordings, taken: set[str], no: dict[str, int]
+    index: int, ground: Ground, manner: Manner, wordings: Wordings, taken: set[str], no: Counter[str]
 ) -> Made | None:
     """The sample of a number, or None if no draw passed; `taken` holds the keys of the scene's earlier samples."""
     for attempt in range(TRIES):
@@ -107,11 +107,11 @@ def make(
         try:
             made = _attempt(index, rng, family, ground, manner, wordings, taken)
         except Rejected as rejected:
-            no[str(rejected)] = no.get(str(rejected), 0) + 1
+            no[str(rejected)] += 1
         else:
             taken.add(made.key)
             return made
-    no["exhausted"] = no.get("exhausted", 0) + 1
+    no["exhausted"] += 1
     return None
 
 
@@ -158,13 +158,11 @@ def _attempt(
 
 def _roomy(frames: tuple[SemanticFrame, ...], ground: Ground) -> bool:
     """Whether there is room for the whole path where it is shifted to by so much; True where that is not all."""
-    if not all(
-        isinstance(frame, Shift) and not frame.part and None not in dict(frame.offset).values() for frame in frames
-    ):
+    shifts = [frame.offset for frame in frames if isinstance(frame, Shift) and not frame.part]
+    stated = [(word, q.value) for offset in shifts for word, q in offset if q is not None]
+    if len(shifts) < len(frames) or len(stated) < sum(map(len, shifts)):
         return True
-    axes = ground.task.scene.frame
-    pairs = [pair for frame in frames for pair in vars(frame)["offset"]]
-    shift = sum((axes.direction(word) * q.value for word, q in pairs), np.zeros(3))
+    shift = sum((ground.task.scene.frame.direction(word) * metres for word, metres in stated), np.zeros(3))
     return ground.legality.clear(ground.task.trajectory.positions + shift)
 
 
@@ -265,10 +263,7 @@ def largest_shift(original: Trajectory, adapted: Trajectory) -> float:
     """The largest displacement of the path at the same share of the waypoints [m]."""
     there = adapted.positions
     if len(there) != len(original):
-        places = np.linspace(0.0, len(there) - 1.0, len(original))
-        low = places.astype(int)
-        high = np.minimum(low + 1, len(there) - 1)
-        there = there[low] + (places - low)[:, None] * (there[high] - there[low])
+        there = interpolate(there, np.linspace(0.0, len(there) - 1.0, len(original)))
     return float(lengths(there - original.positions).max())
 
 

@@ -44,7 +44,6 @@ class Meaning:
     """A meaning with slots, and sentences for it.
 
     Args:
-        family: What kind of request it is.
         means: In the notation of frames, with slots in braces.
         changes: "path", "speed", "end" or "count".
         say: Sentences with the same slots.
@@ -61,8 +60,10 @@ class Meaning:
         return any(word in self.means for word in (" up=", " down=", " over="))
 
 
-Slots = Mapping[str, tuple[str, tuple[str, ...]]]
-"""Each slot's text in the notation, and its phrases."""
+Filled = tuple[str, tuple[str, ...]]
+"""A slot's text in the notation, and its phrases."""
+
+Slots = Mapping[str, Filled]
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,6 @@ class Wordings:
     """Meanings and the words around them.
 
     Args:
-        meanings: By family.
         openers, closers, joins: What stands before, behind and between clauses; "" is a word, too.
         parts: Parts of the path in the notation, each with its phrases.
         directions: The phrases of each direction word.
@@ -105,13 +105,13 @@ def grammar() -> Wordings:
     return Wordings(meanings, openers, closers, joins, phrases["parts"], phrases["dir"])
 
 
-def families_from(names: Sequence[str], wordings: Wordings | None = None) -> tuple[str, ...]:
+def families_from(names: Sequence[str]) -> tuple[str, ...]:
     """The families of these names, all of them where there is no name.
 
     Raises:
         RequestError: If there is no such family.
     """
-    known = (wordings or grammar()).families
+    known = grammar().families
     unknown = [name for name in names if name not in known]
     if unknown:
         raise RequestError(f"there is no family {unknown[0]!r}; choose from {', '.join(known)}")
@@ -188,7 +188,7 @@ def between(rng: Random, low: float, high: float) -> float:
 
 
 def _filled(rng: Random, ground: Ground, meaning: Meaning, wordings: Wordings) -> FilledMeaning:
-    slots: dict[str, tuple[str, tuple[str, ...]]] = {}
+    slots: dict[str, Filled] = {}
     template, part = meaning.means, ""
     if "part" in slots_of(template):
         part = one(rng, tuple(wordings.parts))
@@ -206,9 +206,6 @@ def slots_of(text: str) -> tuple[str, ...]:
     """The names of the slots of a text, each once, in their order."""
     return tuple(dict.fromkeys(piece.partition("}")[0] for piece in text.split("{")[1:]))
 
-
-Filled = tuple[str, tuple[str, ...]]
-"""A slot's text in the notation, and its phrases."""
 
 Fill = Callable[[Random, Ground, "Slots", Wordings], Filled]
 
@@ -329,9 +326,7 @@ def _sentence(rng: Random, drawing: Drawing, wordings: Wordings) -> str:
         slots = drawing.clauses[0].slots
         return _inserted(rng, one(rng, heard), {_KIND.get(name, name): filled for name, filled in slots.items()})
     clauses = [_inserted(rng, one(rng, clause.meaning.say), clause.slots) for clause in drawing.clauses]
-    text = clauses[0]
-    for clause in clauses[1:]:
-        text += one(rng, wordings.joins) + clause
+    text = clauses[0] + "".join(one(rng, wordings.joins) + clause for clause in clauses[1:])
     opener, closer = one(rng, wordings.openers), one(rng, wordings.closers)
     text = f"{opener}{text}{closer}"
     end = "?" if opener.startswith("Could") else one(rng, (".", ".", ""))
@@ -422,19 +417,26 @@ def slotted(sentence: str, reading: str, objects: Sequence[str]) -> tuple[str, s
     if len(frames) != 1 or "{" in sentence or len(frames[0].named) > 1:
         return None
     shape = reading
-    for name in frames[0].named:
-        sentence, count = re.subn(rf"\b(?:the )?{re.escape(name)}\b", "{obj}", sentence, flags=re.IGNORECASE)
-        shape = shape.replace(name.replace(" ", "_"), "{obj}")
-        if count != 1:
-            return None
-    for number, unit in _QUANTITY.findall(reading):
-        said, slot = _UNITS[unit]
-        ending, filled = ("", "{k} ") if unit == "wp" else (r"(?![\w/])", f"{{{slot}}}")
-        sentence, count = re.subn(rf"(?<![\d.]){re.escape(number)} ?{said}{ending}", filled, sentence)
-        shape = shape.replace(f"{number}{unit}", f"{{{slot}}}wp" if unit == "wp" else f"{{{slot}}}", 1)
+    for pattern, filled, written, slot in (*map(_named, frames[0].named), *map(_stated, _QUANTITY.findall(reading))):
+        sentence, count = re.subn(pattern, filled, sentence)
+        shape = shape.replace(written, slot, -1 if slot == "{obj}" else 1)
         if count != 1:
             return None
     return None if _elsewhere(sentence, shape, objects) else (ordered(shape), sentence)
+
+
+def _named(name: str) -> tuple[str, str, str, str]:
+    """How an object is said, the slot for it, how it stands in a reading, and the slot there."""
+    return rf"(?i)\b(?:the )?{re.escape(name)}\b", "{obj}", name.replace(" ", "_"), "{obj}"
+
+
+def _stated(quantity: tuple[str, str]) -> tuple[str, str, str, str]:
+    """The same of a number and its unit."""
+    (number, unit), (said, slot) = quantity, _UNITS[quantity[1]]
+    pattern = rf"(?<![\d.]){re.escape(number)} ?{said}"
+    if unit == "wp":
+        return pattern, "{k} ", f"{number}{unit}", "{k}wp"
+    return rf"{pattern}(?![\w/])", f"{{{slot}}}", f"{number}{unit}", f"{{{slot}}}"
 
 
 def _elsewhere(sentence: str, shape: str, objects: Sequence[str]) -> bool:
@@ -442,8 +444,7 @@ def _elsewhere(sentence: str, shape: str, objects: Sequence[str]) -> bool:
     slots = re.findall(r"\{\w+\}", sentence)
     if sorted(slots) != sorted(re.findall(r"\{\w+\}", shape)) or len(set(slots)) != len(slots):
         return True
-    words = {word for name in objects for word in name.casefold().split()}
-    if _OWNED.search(sentence):
-        return True
+    words = set(" ".join(objects).casefold().split())
     plain = re.sub(r"\{\w+\}", " ", sentence).casefold()
-    return any(c.isdigit() for c in plain) or bool(words & set(re.findall(r"\w+", plain)))
+    numbered = any(c.isdigit() for c in plain)
+    return numbered or bool(_OWNED.search(sentence) or words & set(re.findall(r"\w+", plain)))

@@ -51,6 +51,21 @@ def minilm() -> Embed:
     return embed
 
 
+class Remembered:
+    """An encoder that encodes each text once."""
+
+    def __init__(self, embed: Embed) -> None:
+        self._embed = embed
+        self._known: dict[str, Array] = {}
+
+    def __call__(self, texts: Sequence[str]) -> Array:
+        """Texts to unit vectors, one a row."""
+        new = [text for text in dict.fromkeys(texts) if text not in self._known]
+        if new:
+            self._known |= dict(zip(new, self._embed(new), strict=True))
+        return np.stack([self._known[text] for text in texts])
+
+
 def _file(package: str, name: str) -> Path:
     spec = find_spec(package)
     for folder in (spec.submodule_search_locations or ()) if spec is not None else ():

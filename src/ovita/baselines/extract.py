@@ -8,12 +8,12 @@ similarity is: xi = xi_0 + w F with a force F on each waypoint.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from ovita.baselines.base import Deformed
-from ovita.baselines.encoder import Embed, minilm
+from ovita.baselines.encoder import Embed, Remembered, minilm
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import Request
@@ -156,10 +156,9 @@ class Extract:
 
     settings: Settings = PUBLISHED
     embed: Embed | None = None
-    _known: dict[str, Array] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        self.embed = self.embed or minilm()
+        self._vectors = Remembered(self.embed or minilm())
 
     @property
     def name(self) -> str:
@@ -176,11 +175,3 @@ class Extract:
         feature, similarity = best(request.instruction, features(request.scene), self._vectors)
         path = deformed(request.trajectory, feature, request.scene, self.settings)
         return Deformed(path, feature.named, similarity)
-
-    def _vectors(self, texts: Sequence[str]) -> Array:
-        """Vectors of texts; each description is encoded once, as they are before a person speaks."""
-        assert self.embed is not None
-        new = [text for text in dict.fromkeys(texts) if text not in self._known]
-        if new:
-            self._known |= dict(zip(new, self.embed(new), strict=True))
-        return np.stack([self._known[text] for text in texts])

@@ -7,8 +7,8 @@ what differs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ovita.baselines.base import Deformed
-from ovita.baselines.encoder import Embed, minilm
+from ovita.baselines.encoder import Embed, Remembered, minilm
 from ovita.errors import OvitaError
 from ovita.instruct.transformer import Floats, Layers
 from ovita.paths.scene import RFU, Scene, rotation
@@ -212,10 +212,9 @@ class LatteStyle:
     network: LatteNetwork | None = None
     name = "baseline:latte-style"
     keeps_limits = False
-    _known: dict[str, Array] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        self.embed = self.embed or minilm()
+        self._vectors = Remembered(self.embed or minilm())
         self.network = self.network or latte_network()
 
     def deform(self, request: Request) -> Deformed:
@@ -230,13 +229,6 @@ class LatteStyle:
         similar[0, : len(most)] = likeness[most]
         change = quieted(self.network.change(inputs(seen(path, scene), text, similar))[0])
         return Deformed(PathBox.of(path, scene).changed(path, change))
-
-    def _vectors(self, texts: Sequence[str]) -> Array:
-        assert self.embed is not None
-        for text in texts:
-            if text not in self._known:
-                self._known[text] = self.embed([text])[0]
-        return np.stack([self._known[text] for text in texts])
 
 
 def quieted(change: Array) -> Array:

@@ -19,13 +19,15 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import quote
 
 from ovita.errors import FormatError, InputError, OvitaError, RequestError
 from ovita.io import Task, atomic_write, load_task
 from ovita.io.files import make_folder
 from ovita.measure.predicates import Check, all_of, finite
+
+T = TypeVar("T")
 
 REPOSITORY = "MarkusKnauer/OVITA"
 COMMIT = "8a67e79b617a5d215a356f5204c7a8a3e6a10436"
@@ -97,28 +99,21 @@ def load_dataset(folder: str | os.PathLike[str], *, limit: int | None = None) ->
         raise RequestError(f"{root}: there is no such folder; 'ovita bench fetch' says where datasets come from")
     files = [root] if root.is_file() else sorted(root.rglob("*.json"), key=lambda p: natural(p.as_posix()))
     base = root.parent if root.is_file() else root
-    samples: list[Sample] = []
-    skipped: list[str] = []
-    for file in files:
-        name = file.relative_to(base).with_suffix("").as_posix()
-        sample = _sample(file, name)
-        if sample is None:
-            skipped.append(name)
-        else:
-            samples.append(sample)
+    names = {file.relative_to(base).with_suffix("").as_posix(): file for file in files}
+    found = {name: _sample(file, name) for name, file in names.items()}
+    samples = [sample for sample in found.values() if sample is not None]
     if not samples:
         raise RequestError(
             f"{root}: none of its {len(files)} .json files is a sample; a sample is a scene file with an instruction"
             " and a key 'check', or a file of the public dataset with a shipped case"
         )
-    return Dataset(root.resolve().name, spread(samples, limit), tuple(skipped))
+    return Dataset(root.resolve().name, spread(samples, limit), tuple(name for name in found if found[name] is None))
 
 
-def spread(samples: Sequence[Sample], limit: int | None) -> tuple[Sample, ...]:
-    """At most `limit` samples, evenly spread over all."""
-    if limit is None or limit >= len(samples):
-        return tuple(samples)
-    return tuple(samples[i * len(samples) // limit] for i in range(limit))
+def spread(samples: Sequence[T], limit: int | None) -> tuple[T, ...]:
+    """At most `limit` of some, evenly spread over all."""
+    count = len(samples) if limit is None else min(limit, len(samples))
+    return tuple(samples[i * len(samples) // count] for i in range(count))
 
 
 def natural(text: str) -> list[tuple[int, str]]:
@@ -147,19 +142,11 @@ def _check(row: Mapping[str, Any]) -> Check:
 
 def _sample(file: Path, name: str) -> Sample | None:
     document = _document(file)
-    if "check" in document:
-        task = load_task(file)
-        try:
-            check = Check.from_dict(task.extra["check"])
-        except ValueError as error:
-            raise FormatError(str(file), str(error), key="check") from None
-        subset = task.extra.get("subset") or (name.rpartition("/")[0] or "all")
-        sample = Sample(name, str(subset), str(task.extra.get("kind") or "other"), check, task=task)
-    else:
-        case = shipped_cases().get(name)
-        if case is None:
-            return None
-        sample = Sample(name, case.subset, case.kind, case.check, case.void, task=load_task(file))
+    case = None if "check" in document else shipped_cases().get(name)
+    if case is None and "check" not in document:
+        return None
+    task = load_task(file)
+    sample = Sample(**vars(case or _own_case(name, task, str(file))), task=task)
     if not sample.task.instruction.strip():
         raise FormatError(str(file), "a sample needs an instruction", key="instruction")
     try:
@@ -167,6 +154,16 @@ def _sample(file: Path, name: str) -> Sample | None:
     except (InputError, ValueError) as error:
         raise FormatError(str(file), f"the check cannot be applied: {error}", key="check") from None
     return sample
+
+
+def _own_case(name: str, task: Task, file: str) -> Case:
+    """The case that a scene file states itself."""
+    try:
+        check = Check.from_dict(task.extra["check"])
+    except ValueError as error:
+        raise FormatError(file, str(error), key="check") from None
+    subset = task.extra.get("subset") or (name.rpartition("/")[0] or "all")
+    return Case(name, str(subset), str(task.extra.get("kind") or "other"), check)
 
 
 def _document(file: Path) -> dict[str, object]:
@@ -198,12 +195,7 @@ def checksums() -> Mapping[str, str]:
     return {name: digest for digest, name in pairs}
 
 
-def fetch(
-    folder: str | os.PathLike[str],
-    *,
-    base_url: str = BASE_URL,
-    timeout: float = 30.0,
-) -> Fetched:
+def fetch(folder: str | os.PathLike[str], *, base_url: str = BASE_URL, timeout: float = 30.0) -> Fetched:
     """Download missing files to a folder, and verify all.
 
     Files that are there and whole are kept. `timeout` is for each file [s].
@@ -213,33 +205,27 @@ def fetch(
         FormatError: If a file cannot be written.
     """
     root, wanted = Path(folder), checksums()
-    new = 0
-    for name, digest in wanted.items():
+    missing, differing = verify(root)
+    new = missing + differing
+    for name in new:
+        data = _download(f"{base_url.rstrip('/')}/{quote(name)}.json", timeout, root)
+        if _digest(data) != wanted[name]:
+            raise FetchError(
+                f"{name}.json arrived, but differs from the published file (SHA-256 {_digest(data)[:12]}...,"
+                f" expected {wanted[name][:12]}...); it was not saved. Is {base_url} the commit {COMMIT[:7]}?"
+            )
         file = root / f"{name}.json"
-        if not (file.is_file() and _digest(file.read_bytes()) == digest):
-            data = _download(f"{base_url.rstrip('/')}/{quote(name)}.json", timeout, root)
-            if _digest(data) != digest:
-                raise FetchError(
-                    f"{name}.json arrived, but differs from the published file (SHA-256 {_digest(data)[:12]}...,"
-                    f" expected {digest[:12]}...); it was not saved. Is {base_url} the commit {COMMIT[:7]}?"
-                )
-            make_folder(file.parent)
-            atomic_write(file, data)
-            new += 1
-    return Fetched(root, len(wanted), new)
+        make_folder(file.parent)
+        atomic_write(file, data)
+    return Fetched(root, len(wanted), len(new))
 
 
 def verify(folder: str | os.PathLike[str]) -> tuple[list[str], list[str]]:
     """The ids of the dataset's files that are missing in a folder, and of those that differ."""
-    missing: list[str] = []
-    differing: list[str] = []
-    for name, digest in checksums().items():
-        file = Path(folder) / f"{name}.json"
-        if not file.is_file():
-            missing.append(name)
-        elif _digest(file.read_bytes()) != digest:
-            differing.append(name)
-    return missing, differing
+    wanted = {name: Path(folder) / f"{name}.json" for name in checksums()}
+    there = {name: _digest(file.read_bytes()) for name, file in wanted.items() if file.is_file()}
+    differing = [name for name, digest in there.items() if digest != checksums()[name]]
+    return [name for name in wanted if name not in there], differing
 
 
 def by_hand(folder: str | os.PathLike[str]) -> str:

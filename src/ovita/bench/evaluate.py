@@ -17,9 +17,8 @@ from ovita.chain import REPAIRS, Isolation, adapt
 from ovita.errors import RequestError
 from ovita.io import load_robot, scene_dict
 from ovita.limits import ConstraintOptions
-from ovita.measure.predicates import Check
+from ovita.measure.predicates import Check, CheckResult
 from ovita.paths.robot import Robot
-from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
@@ -43,12 +42,11 @@ WITHOUT_MODEL = ("repair", "constraints")
 
 @dataclass(frozen=True)
 class Condition:
-    """One setting of the chain.
+    """One setting of the chain: "default", or what differs from it.
 
     Args:
-        name: "default", or what differs from it.
         without: What is switched off, a key of `ABLATIONS`, or "".
-        temperature: Sampling temperature of a model, or None for the run's own.
+        temperature: Of a model, or None for the run's own.
     """
 
     name: str = "default"
@@ -95,20 +93,20 @@ def conditions_from(text: str) -> tuple[Condition, ...]:
     Raises:
         RequestError: If a name is no ablation, or a temperature is out of range.
     """
-    found = [DEFAULT]
-    varied = ""
+    found, varied = [DEFAULT], ""
     for part in (p.strip() for p in text.split(",") if p.strip()):
         name, equals, value = part.partition("=")
         varied = name.strip() if equals else varied if _number(part) is not None else ""
-        if varied == "temperature":
-            found.append(_at(value if equals else part))
-        elif varied or part not in ABLATIONS:
-            known = f"--ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
-            raise RequestError(f"{varied or part!r} cannot be switched off; {known}")
-        else:
-            found.append(Condition(f"no {part}", without=part))
-            found += [Condition(PAPER_EXAMPLES)] if part == "examples" else []
+        found += [_at(value if equals else part)] if varied == "temperature" else _without(part, varied)
     return tuple(dict.fromkeys(found))
+
+
+def _without(part: str, varied: str) -> list[Condition]:
+    if varied or part not in ABLATIONS:
+        known = f"--ablate takes {', '.join(ABLATIONS)} and temperature=0,0.2,..."
+        raise RequestError(f"{varied or part!r} cannot be switched off; {known}")
+    paper = [Condition(PAPER_EXAMPLES)] if part == "examples" else []
+    return [Condition(f"no {part}", without=part), *paper]
 
 
 def _at(value: str) -> Condition:
@@ -149,23 +147,6 @@ class Protocol:
     isolation: Isolation = "auto"
 
 
-@dataclass(frozen=True)
-class Judged:
-    """A verdict with its degree."""
-
-    passed: bool
-    score: float
-    sentence: str
-
-
-def judge(check: Check, original: Trajectory, adapted: Trajectory, scene: Scene) -> Judged:
-    """Judge a trajectory; the score is the share of the clauses that hold."""
-    clauses = check.children if check.kind == "all_of" else (check,)
-    verdict = check.judge(original, adapted, scene)
-    held = [clause.judge(original, adapted, scene).passed for clause in clauses]
-    return Judged(verdict.passed, sum(held) / len(held), verdict.sentence)
-
-
 def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: Protocol) -> Record:
     """Put a sample to a writer and judge every answer.
 
@@ -174,14 +155,14 @@ def evaluate(sample: Sample, writer: Answering, condition: Condition, protocol: 
         InputError: If the robot cannot be used.
     """
     task, robot = sample.task, robot_for(sample, protocol.robot)
-    idle = judge(sample.check, task.trajectory, task.trajectory, task.scene)
+    idle = sample.check.judge(task.trajectory, task.trajectory, task.scene)
     rounds: list[Round] = []
     talk = _Conversation(sample, robot, protocol.feedback_on)
     said = task.instruction
     for _ in range(protocol.feedback + 1):
         taken, waited = len(writer.replies), writer.waited
         result = _answered(talk.request(said), writer, condition, protocol)
-        done = _round(sample, said, result, idle)
+        done = _round(sample, said, result, idle.sentence)
         ms = sum(result.timings_ms.values()) - 1e3 * (writer.waited - waited)
         replies = tuple(writer.replies[taken:])
         tokens = {key: sum(r["reply"]["writer"][key] for r in replies if "reply" in r) for key in _TOKENS}
@@ -238,42 +219,47 @@ class _Conversation:
 
     def __init__(self, sample: Sample, robot: Robot, on: Literal["original", "current"]) -> None:
         self.sample, self.robot, self.on = sample, robot, on
-        self.said: list[str] = []
         self.turns: list[Turn] = []
         self.current: Trajectory | None = None
 
     def request(self, said: str) -> Request:
-        task = self.sample.task
+        path, scene = self.sample.task.trajectory, self.sample.task.scene
         if self.on == "current" and self.current is not None:
-            return Request(said[:MAX_INSTRUCTION], self.current, task.scene, self.robot, tuple(self.turns))
-        everything = ". ".join([*(s.strip().rstrip(".") for s in self.said), said.strip()])
-        return Request(everything[:MAX_INSTRUCTION], task.trajectory, task.scene, self.robot, tuple(self.turns))
+            path = self.current
+        else:
+            said = ". ".join([*(turn.instruction.strip().rstrip(".") for turn in self.turns), said.strip()])
+        return Request(said[:MAX_INSTRUCTION], path, scene, self.robot, tuple(self.turns))
 
     def record(self, said: str, result: Adaptation) -> None:
-        self.said.append(said)
         self.turns.append(Turn(said, result.original, feedback_on=self.on, plan=result.plan, code=result.code))
         if result.usable:
             self.current = result.adapted
 
 
-def _round(sample: Sample, said: str, result: Adaptation, idle: Judged) -> Round:
-    task = sample.task
-    usable = result.usable
-    judged = judge(sample.check, task.trajectory, result.adapted, task.scene) if usable else replace(idle, passed=False)
-    proposed, waiting = result.proposed, result.proposal
+def _round(sample: Sample, said: str, result: Adaptation, idle: str) -> Round:
+    """A result judged; where there is none, the sentence of doing nothing stands."""
+
+    def judged(answer: Trajectory | None, check: Check = sample.check) -> CheckResult:
+        if answer is None:
+            return CheckResult(False, idle)
+        return check.judge(sample.task.trajectory, answer, sample.task.scene)
+
+    answer, waiting = result.adapted if result.usable else None, result.proposal
+    clauses = sample.check.children if sample.check.kind == "all_of" else (sample.check,)
+    verdict = judged(answer)
     return Round(
         said=said,
         status=result.status,
-        passed=judged.passed,
-        score=judged.score if usable else 0.0,
-        sentence=judged.sentence,
-        executable=usable,
+        passed=verdict.passed,
+        score=sum(judged(answer, clause).passed for clause in clauses) / len(clauses),
+        sentence=verdict.sentence,
+        executable=result.usable,
         attempts=result.attempts,
         ms=0.0,
         limits=result.constraints.status if result.constraints else "none",
-        proposed_passed=proposed is not None and sample.check.judge(task.trajectory, proposed, task.scene).passed,
-        after_yes=waiting is not None and sample.check.judge(task.trajectory, waiting.adapted, task.scene).passed,
-        flagged=usable and result.writer.kind != KIND and (result.status != "done" or bool(result.cautions)),
+        proposed_passed=judged(result.proposed).passed,
+        after_yes=judged(waiting.adapted if waiting else None).passed,
+        flagged=result.usable and result.writer.kind != KIND and (result.status != "done" or bool(result.cautions)),
         model=result.writer.model,
         plan=(waiting or result).plan,
         code=(waiting or result).code,

@@ -13,6 +13,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import direction_word
 from ovita.measure import predicates as P
 from ovita.measure.predicates import Check, asked
+from ovita.paths.geometry import extent
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import OPPOSITE, Scene
 from ovita.paths.trajectory import Trajectory
@@ -60,6 +61,10 @@ class _Asked:
             return self.where(frame)
         return PathPart("last" if ends == {"start"} else "first", amount=0.4, unit="share")
 
+    def beside(self, frame: F.SemanticFrame, *kinds: type[F.SemanticFrame]) -> list[Any]:
+        """The other frames of some kinds."""
+        return [f for f in self.frames if f is not frame and isinstance(f, kinds)]
+
     def has(self, *kinds: type[F.SemanticFrame]) -> bool:
         """Whether there are frames of some kinds."""
         return any(isinstance(frame, kinds) for frame in self.frames)
@@ -67,22 +72,22 @@ class _Asked:
     def where(self, frame: F.SemanticFrame) -> PathPart | None:
         """The part that a frame is about, without what is to stay as it is."""
         kept = [f.part for f in self.frames if isinstance(f, F.Keep) and f.what == "part" and f is not frame]
-        parts = [*([frame.part] if frame.part else []), *(outside(part) for part in kept if part != frame.part)]
-        whole = both(*parts) if len(parts) > 1 else parts[0] if parts else None
-        return None if whole is None else self.part(whole)
+        return self.part(_shared(frame.part, *(outside(part) for part in kept if part != frame.part)))
 
-    def part(self, part: PathPart) -> PathPart:
-        """A part with what it leaves open filled in."""
+    def part(self, part: PathPart | None) -> PathPart | None:
+        """A part with what it leaves open filled in; None for the whole path."""
+        return self._filled(part) if part else None
+
+    def _filled(self, part: PathPart) -> PathPart:
         if part.parts:
-            return replace(part, parts=tuple(self.part(inner) for inner in part.parts))
-        if part.kind == "near" and part.places[0] in F.SPOTS:
-            kind = {"start": "first", "goal": "last"}.get(part.places[0], "middle")
+            return replace(part, parts=tuple(map(self._filled, part.parts)))
+        kind, share = _SPOTS.get(part.places[0], ("", 0.0)) if part.places else ("", 0.0)
+        if part.kind == "near" and kind:
             unit: Any = "share" if part.amount is None else "m"
-            return self.part(PathPart(kind, amount=part.amount, unit=unit))
-        if part.kind in ("after", "before") and part.places[0] in F.SPOTS:
-            share = {"start": 0.0, "goal": 1.0, "middle": 0.5}[part.places[0]]
-            until = None if part.kind == "after" else share
-            return PathPart("range", amount=share if part.kind == "after" else 0.0, until=until, unit="share")
+            return self._filled(PathPart(kind, amount=part.amount, unit=unit))
+        if part.kind in ("after", "before") and kind:
+            begin, until = (share, None) if part.kind == "after" else (0.0, share)
+            return PathPart("range", amount=begin, until=until, unit="share")
         if part.kind in SHARES and part.amount is None:
             return replace(part, amount=SHARES[part.kind], unit="share")
         return replace(part, direction=self.word(part.direction)) if part.direction else part
@@ -105,7 +110,7 @@ class _Asked:
 
     @property
     def extent(self) -> float:
-        return float(np.linalg.norm(np.ptp(self.trajectory.positions, axis=0)))
+        return extent(self.trajectory.positions)
 
     def distance(self, place: str) -> float:
         fine = self.trajectory.resample(1000).positions
@@ -121,19 +126,25 @@ class _Asked:
         return total
 
 
+_SPOTS = {"start": ("first", 0.0), "goal": ("last", 1.0), "middle": ("middle", 0.5)}
+"""The part of the path that lies at a spot, and the share of it at which the spot is."""
+
+
+def _shared(*parts: PathPart | None) -> PathPart | None:
+    """What belongs to each of the parts that are named; None where there is none."""
+    named = [part for part in parts if part]
+    return both(*named) if len(named) > 1 else next(iter(named), None)
+
+
 def _place(place: F.Place, case: _Asked) -> Any:
-    if isinstance(place, tuple):
-        return {"between": list(place)}
-    if isinstance(place, F.Quantity) or place == "middle":
-        n = len(case.trajectory)
-        q = F.Quantity(0.5, "%") if place == "middle" else place
-        assert isinstance(q, F.Quantity)
-        along = case.trajectory.arc_length
-        share = along / max(case.trajectory.length, 1e-9)
-        by_unit = {"%": share, "x": share, "m": along, "s": case.trajectory.times}
-        measured = by_unit.get(q.unit, np.arange(1, n + 1))
-        return case.trajectory.positions[int(np.argmin(np.abs(measured - q.value)))].tolist()
-    return place
+    q = F.Quantity(0.5, "%") if place == "middle" else place
+    if isinstance(q, F.Quantity):
+        path = case.trajectory
+        share = path.arc_length / max(path.length, 1e-9)
+        by_unit = {"%": share, "x": share, "m": path.arc_length, "s": path.times}
+        measured = by_unit.get(q.unit, np.arange(1, len(path) + 1))
+        return path.positions[int(np.argmin(np.abs(measured - q.value)))].tolist()
+    return {"between": list(q)} if isinstance(q, tuple) else q
 
 
 def _amount(frame: F.SemanticFrame) -> Any:
@@ -169,35 +180,37 @@ def _shift(case: _Asked, frame: F.Shift) -> Check:
 
 def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     place, words = _place(frame.place, case), case.offset(frame.offset)
-    if frame.relation == "to" and words:
-        return P.all_of(*(asked.end_beside(end, place, word, by=value) for word, value in words.items()))
     if frame.relation == "to":
-        return P.starts_at(place) if end == "start" else P.ends_at(place)
+        beside = [asked.end_beside(end, place, word, by=value) for word, value in words.items()]
+        return P.all_of(*beside) if beside else P.starts_at(place) if end == "start" else P.ends_at(place)
     if frame.relation:
-        by = None if frame.by is None or frame.by.unit in SHARE_UNITS else frame.by.value
+        by = case.metres(frame.by) if frame.by and frame.by.unit not in SHARE_UNITS else None
         return asked.end_aimed(end, place, "farther" if frame.relation == "away" else "closer", by=by)
-    if case.has(F.Trim, F.StopAt):
-        return P.not_(P.same_path())
+    return P.not_(P.same_path()) if case.has(F.Trim, F.StopAt) else _end_moved(case, frame, end)
+
+
+def _end_moved(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     moved, alone = P.start_moved if end == "start" else P.goal_moved, case.alone(frame)
-    stated, free = _sorted(words)
-    open_ = [moved(word, only=alone and len(words) == 1) for word in free]
+    stated, free = _sorted(case.offset(frame.offset))
+    open_ = [moved(word, only=alone and not stated and len(free) == 1) for word in free]
     return P.all_of(*open_, *([moved(only=alone and not open_, **stated)] if stated else []))
 
 
 def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
-    where, q, alone = case.where(frame), frame.by, case.alone(frame)
-    relative = q is not None and q.unit in SHARE_UNITS
-    if q is not None and relative and frame.sense == "farther":
-        times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
+    where, alone = case.where(frame), case.alone(frame)
+    share = frame.by if frame.by and frame.by.unit in SHARE_UNITS else None
+    if share and frame.sense == "farther":
+        times = share.value if share.unit == "x" and share.value > 1 else 1.0 + share.value
         return P.farther(name, times=times, where=where)
     if where is not None:
         return asked.part_approached(name, frame.sense, where=where)
-    by = None if q is None else _nearer(q) * case.distance(name) if relative else q.value
+    by, amount = case.metres(frame.by), _amount(frame) if alone else None
+    if share:
+        by = _nearer(share) * case.distance(name)
+    aimed = alone and len(frame.objects) == 1
     judged = P.closer if frame.sense == "closer" else P.farther
-    amount = _amount(frame) if alone else None
-    alone = alone and len(frame.objects) == 1
-    exactly = alone and case.frames.count(frame) == 1
-    return judged(name, by=by if exactly else None, amount=amount, after=case.shift() or None, aimed=alone)
+    exactly = aimed and case.frames.count(frame) == 1
+    return judged(name, by=by if exactly else None, amount=amount, after=case.shift() or None, aimed=aimed)
 
 
 def _nearer(q: F.Quantity) -> float:
@@ -208,12 +221,12 @@ def _nearer(q: F.Quantity) -> float:
 
 
 def _clearance(case: _Asked, frame: F.Clearance) -> Check:
-    q, where = frame.distance, case.where(frame)
-    if q.role == "at_most":
-        return _each(frame.objects, partial(asked.passes_at, at_most=q.value, where=where))
-    if q.role == "at":
-        return _each(frame.objects, partial(asked.passes_at, at_most=q.value, at_least=q.value, where=where))
-    return _each(frame.objects, partial(P.min_distance, at_least=q.value, where=where))
+    value, where = frame.distance.value, case.where(frame)
+    passes = {
+        "at_most": partial(asked.passes_at, at_most=value, where=where),
+        "at": partial(asked.passes_at, at_most=value, at_least=value, where=where),
+    }
+    return _each(frame.objects, passes.get(frame.distance.role, partial(P.min_distance, at_least=value, where=where)))
 
 
 def _visit(case: _Asked, frame: F.Visit) -> Check:
@@ -252,88 +265,108 @@ def _stop(case: _Asked, frame: F.StopAt) -> Check:
 
 
 def _pace(case: _Asked, frame: F.Pace) -> Check | None:
-    where, q, change = case.where(frame), frame.amount, frame.change
-    if change in _PACES and (q is None or frame.factor is not None):
-        return _factor(case, frame, where)
-    value = 0.0 if q is None else q.value
-    if change in _PACES:
-        return _paced(case, frame, value)
-    others = any(f is not frame and isinstance(f, PACING) for f in case.frames)
-    if change in _RAMPS:
-        return P.monotone_speed(_RAMPS[change], where=where, to=None if others or q is None else value)
-    if change in _BOUNDS:
-        slack = 0.1 if case.has(F.Resample) else 0.02
-        return asked.speed_within(**{_BOUNDS[change]: value}, where=where, otherwise=not others, slack=slack)
-    placed = case.part(frame.part) if frame.part else None
-    if change == "constant":
-        return P.constant_speed(None if q is None else value, where=placed)
-    if change == "turns":
-        turns = PathPart("turns", amount=SHARES["turns"])
-        return P.slower(where=both(turns, placed) if placed else turns)
-    return asked.accelerates(value, where=where)
+    return _PACES[frame.change](case, frame)
 
 
-_PACES = ("faster", "slower", "set")
-_RAMPS: Mapping[str, Literal["rising", "falling"]] = {"rampup": "rising", "rampdown": "falling"}
-_BOUNDS = {"cap": "at_most", "floor": "at_least"}
+def _set(case: _Asked, frame: F.Pace) -> Check | None:
+    """So many times as fast, so many m/s more or less, or just so many."""
+    q = frame.amount
+    if q is None or frame.factor is not None:
+        return _factor(case, frame)
+    if frame.change != "set" and q.role in ("by", "of"):
+        return asked.speed_changed(q.value if frame.change == "faster" else -q.value, where=case.where(frame))
+    judged = asked.speed_is if case.beside(frame, *PACING) else P.constant_speed
+    return judged(q.value, where=case.part(frame.part))
 
 
-def _paced(case: _Asked, frame: F.Pace, value: float) -> Check:
-    """So many m/s more or less, or just so many."""
-    if frame.change != "set" and frame.amount and frame.amount.role in ("by", "of"):
-        return asked.speed_changed(value if frame.change == "faster" else -value, where=case.where(frame))
-    alone = not any(isinstance(f, PACING) for f in case.frames if f is not frame)
-    judged = P.constant_speed if alone else asked.speed_is
-    return judged(value, where=case.part(frame.part) if frame.part else None)
+def _ramp(case: _Asked, frame: F.Pace, sense: Literal["rising", "falling"]) -> Check:
+    to = None if frame.amount is None or case.beside(frame, *PACING) else frame.amount.value
+    return P.monotone_speed(sense, where=case.where(frame), to=to)
 
 
-def _factor(case: _Asked, frame: F.Pace, where: PathPart | None) -> Check | None:
-    factor, others = frame.factor, [f for f in case.frames if f is not frame and isinstance(f, F.Pace)]
-    bounded = any(f.change in ("cap", "floor", "constant", "turns") for f in others)
-    if bounded and (where is None or any(f.part == frame.part for f in others)):
+def _bounded(case: _Asked, frame: F.Pace, bound: str) -> Check:
+    slack, otherwise = 0.1 if case.has(F.Resample) else 0.02, not case.beside(frame, *PACING)
+    value = {bound: frame.amount.value if frame.amount else 0.0}
+    return asked.speed_within(**value, where=case.where(frame), otherwise=otherwise, slack=slack)
+
+
+def _constant(case: _Asked, frame: F.Pace) -> Check:
+    return P.constant_speed(frame.amount.value if frame.amount else None, where=case.part(frame.part))
+
+
+def _in_turns(case: _Asked, frame: F.Pace) -> Check:
+    return P.slower(where=_shared(PathPart("turns", amount=SHARES["turns"]), case.part(frame.part)))
+
+
+def _accelerated(case: _Asked, frame: F.Pace) -> Check:
+    return asked.accelerates(frame.amount.value if frame.amount else 0.0, where=case.where(frame))
+
+
+def _factor(case: _Asked, frame: F.Pace) -> Check | None:
+    """So many times as fast, where no other request says more of the speed."""
+    factor, where, others = frame.factor, case.where(frame), case.beside(frame, F.Pace)
+    alike = others if where is None else [f for f in others if f.part == frame.part]
+    if alike and any(f.change in ("cap", "floor", "constant", "turns") for f in others):
         return None
-    elsewhere = [outside(case.part(f.part)) for f in others if f.part and f.part != frame.part]
+    elsewhere = [outside(part) for f in others if f.part != frame.part and (part := case.part(f.part))]
     if elsewhere:
-        where = both(*([where] if where else []), *elsewhere)
+        where = both(*filter(None, [where]), *elsewhere)
         if not where.mask(case.trajectory, case.scene).any():
             return None
-    slower = frame.change == "slower" or (factor is not None and factor < 1)
+    judged = P.slower if frame.change == "slower" or (factor or 1.0) < 1 else P.faster
     only = where is not None and where.kind == "near" and len(case.frames) == 1
-    judged = P.slower if slower else P.faster
     return judged(where=where, factor=factor, amount=_amount(frame) if factor is None else None, only=only)
 
 
+_PACES: Mapping[str, Callable[[_Asked, Any], Check | None]] = {
+    **dict.fromkeys(("faster", "slower", "set"), _set),
+    "rampup": partial(_ramp, sense="rising"),
+    "rampdown": partial(_ramp, sense="falling"),
+    "cap": partial(_bounded, bound="at_most"),
+    "floor": partial(_bounded, bound="at_least"),
+    "constant": _constant,
+    "turns": _in_turns,
+    "accelerate": _accelerated,
+}
+
+
 def _keep(case: _Asked, frame: F.Keep) -> Check | None:
-    others = [f for f in case.frames if not isinstance(f, F.Keep)]
-    where = case.part(frame.part) if frame.part else None
-    match frame.what:
-        case "start" | "goal" | "ends":
-            return _ends_kept(case, frame.what)
-        case "speed":
-            return None if any(isinstance(f, PACING) for f in others) else P.speeds_kept(where)
-        case "height":
-            return None if case.has(*LIFTING) else asked.height_kept()
-        case "rest":
-            return _rest(case, others)
+    return _KEPT[frame.what](case, case.part(frame.part))
+
+
+def _path_kept(case: _Asked, where: PathPart | None) -> Check | None:
     if where is not None:
-        return P.all_of(P.kept(where), P.speeds_kept(where)) if frame.what == "part" else P.kept(where)
-    return P.same_path() if all(isinstance(f, PATHLESS) for f in others) else None
+        return P.kept(where)
+    return P.same_path() if all(isinstance(f, PATHLESS) for f in case.frames) else None
 
 
-def _ends_kept(case: _Asked, what: str) -> Check | None:
+def _part_kept(case: _Asked, where: PathPart | None) -> Check | None:
+    return P.all_of(P.kept(where), P.speeds_kept(where)) if where is not None else _path_kept(case, where)
+
+
+def _ends_kept(case: _Asked, where: PathPart | None, what: str) -> Check | None:
     near = 0.01 * case.extent
     checks = [P.starts_at("start", within=near)] if what != "goal" else []
     checks += [P.ends_at("goal", within=near)] if what != "start" and not case.has(F.Extend, F.Return) else []
     return P.all_of(*checks) if checks else None
 
 
-def _rest(case: _Asked, others: Sequence[F.SemanticFrame]) -> Check | None:
+def _rest_kept(case: _Asked, where: PathPart | None) -> Check | None:
     """Where parts are named, the path keeps its place outside of them."""
-    parts = [case.part(f.part) for f in others]
-    if not parts or not all(parts) or any(isinstance(f, F.Approach | F.Clearance) for f in others):
+    parts = [case.part(f.part) for f in case.frames if not isinstance(f, F.Keep)]
+    if not parts or not all(parts) or case.has(F.Approach, F.Clearance):
         return None
-    rest = [outside(part) for part in parts]
-    return P.kept(both(*rest) if len(rest) > 1 else rest[0])
+    return P.kept(_shared(*(outside(part) for part in parts if part)))
+
+
+_KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
+    **{what: partial(_ends_kept, what=what) for what in ("start", "goal", "ends")},
+    "speed": lambda case, where: None if case.has(*PACING) else P.speeds_kept(where),
+    "height": lambda case, where: None if case.has(*LIFTING) else asked.height_kept(),
+    "rest": _rest_kept,
+    "path": _path_kept,
+    "part": _part_kept,
+}
 
 
 def _extend(case: _Asked, frame: F.Extend) -> Check:
@@ -375,16 +408,15 @@ def _resample(case: _Asked, frame: F.Resample) -> Check:
 
 
 def _figure(case: _Asked, frame: F.Figure) -> Check:
-    where = case.where(frame) if frame.part else None
-    place, size = _place(frame.place or "goal", case), case.metres(frame.size or frame.radius)
-    match frame.shape:
-        case "circle" | "spiral":
-            return _wound(case, frame, place)
-        case "eight":
-            long = 4 * size if size is not None and frame.size is None else size
-            return asked.figure_eight(size=long, near=None if where else place)
-        case "shake":
-            return asked.swings(3, where=where or case.part(_around(frame.place)), irregular=True)
+    where, size = case.where(frame) if frame.part else None, case.metres(frame.size or frame.radius)
+    place = _place(frame.place or "goal", case)
+    if frame.shape in ("circle", "spiral"):
+        return _wound(case, frame, place)
+    if frame.shape == "eight":
+        long = 4 * size if size is not None and frame.size is None else size
+        return asked.figure_eight(size=long, near=None if where else place)
+    if frame.shape == "shake":
+        return asked.swings(3, where=where or case.part(_around(frame.place)), irregular=True)
     waves = frame.waves or frame.turns
     least = 3 if waves is None else max(1, round(2 * waves.value) - 2)
     return asked.swings(least, amplitude=size, where=where)
@@ -438,14 +470,12 @@ def _tilt(case: _Asked, frame: F.Tilt) -> Check:
 def _resize(case: _Asked, frame: F.Resize) -> Check:
     plain = F.canonical(frame)
     assert isinstance(plain, F.Resize)
-    about = _place(frame.about, case) if frame.about else None
-    factor = {"larger": 1.5, "smaller": 1 / 1.5}.get(frame.change, 1.5) if plain.by is None else plain.by.value
-    if plain.by is None and frame.degree:
-        factor = {"slight": 1.2, "large": 2.0}.get(frame.degree, 1.5) ** (-1 if frame.change == "smaller" else 1)
-    kept = any(isinstance(f, F.Keep) and f.what in ("start", "goal", "ends") for f in case.frames)
-    if kept:
+    if any(f.what in ("start", "goal", "ends") for f in case.beside(frame, F.Keep)):
         return P.not_(P.same_path())
-    return asked.scaled(factor, where=case.calm(frame), about=about if case.alone(frame) else None)
+    usual = {"slight": 1.2, "large": 2.0}.get(frame.degree or "", 1.5)
+    factor = plain.by.value if plain.by else 1 / usual if frame.change == "smaller" else usual
+    about = _place(frame.about, case) if frame.about and case.alone(frame) else None
+    return asked.scaled(factor, where=case.calm(frame), about=about)
 
 
 def _height(case: _Asked, frame: F.Height) -> Check:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
 
 from ovita.baselines.catalogue import is_baseline, labelled
 from ovita.bench.records import Record
-from ovita.bench.tables import By, Column, Interval, Tally, columns, named, percentile, rounds, tallies
+from ovita.bench.tables import Interval, Tally, by_column, percentile, rounds, tallies
 from ovita.errors import needs
 
 if TYPE_CHECKING:
@@ -39,26 +42,24 @@ def panel(records: Sequence[Record], ratings: Mapping[str, Sequence[float]] | No
         grid[0, 1:3],
         grid[0, 3],
         grid[1, 3],
-        grid[2, 0],
-        grid[2, 1],
-        grid[2, 2],
+        *(grid[2, i] for i in range(3)),
         grid[1, :3],
         grid[2, 3],
     )
     axes = [figure.add_subplot(place) for place in places]
-    writers = sorted(dict.fromkeys(writer for writer, _ in _defaults(records)), key=is_baseline)
-    color = {writer: COLORS[i % len(COLORS)] for i, writer in enumerate(writers)}
-    mine = sorted((x for x in tallies(records) if x.condition == "default"), key=lambda x: writers.index(x.writer))
+    found, standard = tallies(records), [r for r in records if r.condition == "default"]
+    mine = sorted((x for x in found if x.condition == "default"), key=lambda x: is_baseline(x.writer))
+    color = dict(zip((x.writer for x in mine), cycle(COLORS), strict=False))
     _bars(axes[0], "A  success by writer", [(x.writer, x.success, color[x.writer]) for x in mine])
-    _grouped(axes[1], "B  success by subset", records, "subset", color)
+    _grouped(axes[1], "B  success by subset", tallies(standard, "subset"), color)
     _bars(axes[2], "C  executable", [(x.writer, x.executable, color[x.writer]) for x in mine])
-    _feedback(axes[3], records, color)
+    _feedback(axes[3], standard, color)
     _ratings(axes[4], ratings or {}, color)
-    _examples(axes[5], tallies(records), color)
-    _temperature(axes[6], tallies(records), color)
-    _grouped(axes[7], "success by kind of instruction", records, "kind", color)
-    _times(axes[8], records, color)
-    handles = [Patch(color=color[writer], label=_full(labelled(writer))) for writer in writers]
+    _examples(axes[5], found, color)
+    _temperature(axes[6], found, color)
+    _grouped(axes[7], "success by kind of instruction", tallies(standard, "kind"), color)
+    _times(axes[8], standard, color)
+    handles = [Patch(color=color[writer], label=_full(labelled(writer))) for writer in color]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6) or 1, fontsize=9)
     return figure
 
@@ -73,10 +74,6 @@ def image(figure: Figure, kind: Literal["png", "svg"]) -> bytes:
         figure.savefig(data, format=kind, dpi=130, metadata=metadata)
         figure.set_layout_engine("none")  # laid out once, for all formats
     return data.getvalue()
-
-
-def _defaults(records: Sequence[Record]) -> list[Column]:
-    return [column for column in columns(records) if column[1] == "default"]
 
 
 def _bars(axes: Axes, title: str, bars: Sequence[tuple[str, Interval, str]]) -> None:
@@ -94,7 +91,7 @@ def bar(axes: Axes, x: float, share: Interval, width: float, color: str) -> None
     """Draw a share as a bar with its interval; nothing of no samples."""
     if share.n == 0:
         return
-    error = [[max(share.rate - share.low, 0.0)], [max(share.high - share.rate, 0.0)]]
+    error = [[reach] for reach in share.error]
     axes.bar(x, share.rate, width, color=color, yerr=error, capsize=2.5, ecolor="#333333", error_kw={"lw": 0.9})
     axes.plot([x], [share.rate], "o", ms=4, color=color, mec="#333333", mew=0.7, clip_on=False)  # whose bar of 0 it is
 
@@ -109,18 +106,17 @@ def label(axes: Axes, names: Sequence[str]) -> None:
             text.set_rotation_mode("anchor")
 
 
-def _grouped(axes: Axes, title: str, records: Sequence[Record], by: By, color: Mapping[str, str]) -> None:
+def _grouped(axes: Axes, title: str, mine: Sequence[Tally], color: Mapping[str, str]) -> None:
     frame(axes, title)
-    mine = [line for line in tallies(records, by) if line.condition == "default"]
     groups = list(dict.fromkeys(line.group for line in mine))
     width = 0.84 / max(1, len(color))
-    for k, writer in enumerate(color):
-        for line in (x for x in mine if x.writer == writer):
-            middle = groups.index(line.group) + (k - (len(color) - 1) / 2) * width
-            bar(axes, middle, line.success, 0.9 * width, color[writer])
+    writers, most = list(color), dict.fromkeys(groups, 0)
+    for line in mine:
+        middle = groups.index(line.group) + (writers.index(line.writer) - (len(color) - 1) / 2) * width
+        bar(axes, middle, line.success, 0.9 * width, color[line.writer])
+        most[line.group] = max(most[line.group], line.success.n)
     for i in range(1, len(groups)):
         axes.axvline(i - 0.5, color="#cccccc", lw=0.7)
-    most = {group: max(line.success.n for line in mine if line.group == group) for group in groups}
     axes.set_xlim(-0.5, len(groups) - 0.5)
     axes.set_xticks(range(len(groups)), [f"{short(group)}\nn = {most[group]}" for group in groups], fontsize=8)
 
@@ -129,11 +125,11 @@ def _feedback(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -
     from matplotlib.ticker import MaxNLocator
 
     frame(axes, "D  success with feedback")
-    drawn = [column for column in _defaults(records) if len(rounds(records, column)) > 1]
-    for k, column in enumerate(drawn):
-        shares = rounds(records, column)
+    found = {writer: rounds(mine) for (writer, _), mine in by_column(records).items()}
+    drawn = {writer: shares for writer, shares in found.items() if len(shares) > 1}
+    for k, (writer, shares) in enumerate(drawn.items()):
         apart = 0.02 * (k - (len(drawn) - 1) / 2)
-        _line(axes, [i + apart for i in range(len(shares))], shares, color[column[0]], named(column))
+        _line(axes, [i + apart for i in range(len(shares))], shares, color[writer], labelled(writer))
     axes.set_xlabel("turns of feedback", fontsize=8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     _or_not_run(axes, bool(drawn), "not run: --feedback 1")
@@ -145,11 +141,9 @@ def _ratings(axes: Axes, ratings: Mapping[str, Sequence[float]], color: Mapping[
     axes.set_ylim(0.9, 5.1)
     axes.set_yticks(range(1, 6))
     for i, (writer, values) in enumerate(ratings.items()):
-        mean = sum(values) / len(values)
-        deviation = math.sqrt(sum((v - mean) ** 2 for v in values) / max(1, len(values) - 1))
+        error = 1.96 * np.std(values, ddof=len(values) > 1) / math.sqrt(len(values))
         own = color.get(writer, COLORS[6])
-        error = 1.96 * deviation / math.sqrt(len(values))
-        axes.errorbar([i], [mean], yerr=[error], fmt="o", ms=7, lw=1.6, capsize=4, color=own)
+        axes.errorbar([i], [np.mean(values)], yerr=[error], fmt="o", ms=7, lw=1.6, capsize=4, color=own)
     axes.set_xlim(-0.6, max(len(ratings), 2) - 0.4)
     label(axes, list(ratings))
     _or_not_run(
@@ -172,19 +166,16 @@ def _examples(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> N
 
 def _temperature(axes: Axes, found: Sequence[Tally], color: Mapping[str, str]) -> None:
     frame(axes, "G  success by temperature")
-    drawn = False
+    drawn = sorted(
+        ((float(x.condition.split()[1]), x) for x in found if x.condition.startswith("temperature ")),
+        key=lambda y: y[0],
+    )
     for writer in color:
-        points = [
-            (float(x.condition.split()[1]), x.success)
-            for x in found
-            if x.writer == writer and x.condition.startswith("temperature ")
-        ]
+        points = [(t, x.success) for t, x in drawn if x.writer == writer]
         if points:
-            drawn = True
-            points.sort(key=lambda point: point[0])
             _line(axes, [t for t, _ in points], [share for _, share in points], color[writer], writer)
     axes.set_xlabel("temperature", fontsize=8)
-    _or_not_run(axes, drawn, "not run:\n--ablate temperature=0,0.2,0.5,0.7\n(needs a model)")
+    _or_not_run(axes, bool(drawn), "not run:\n--ablate temperature=0,0.2,0.5,0.7\n(needs a model)")
 
 
 def _times(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> None:
@@ -192,7 +183,7 @@ def _times(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> N
     frame(axes, "time to the first answer [s]", share=False)
     axes.set_yscale("log")
     for i, writer in enumerate(color):
-        times = [r.first.ms / 1000 for r in records if (r.writer, r.condition) == (writer, "default")]
+        times = [r.first.ms / 1000 for r in records if r.writer == writer]
         low, first, middle, third, high = (max(percentile(times, q), 1e-4) for q in (0.05, 0.25, 0.5, 0.75, 0.95))
         axes.vlines(i, low, high, color=color[writer], lw=1.4)
         axes.bar(i, third - first, 0.5, bottom=first, color=color[writer], alpha=0.55)
@@ -203,11 +194,7 @@ def _times(axes: Axes, records: Sequence[Record], color: Mapping[str, str]) -> N
 
 
 def _line(axes: Axes, x: Sequence[float], shares: Sequence[Interval], color: str, name: str) -> None:
-    rates = [share.rate for share in shares]
-    error = [
-        [max(s.rate - s.low, 0.0) for s in shares],
-        [max(s.high - s.rate, 0.0) for s in shares],
-    ]
+    rates, error = [share.rate for share in shares], np.transpose([share.error for share in shares])
     axes.errorbar(list(x), rates, yerr=error, color=color, marker="o", ms=4, lw=1.4, capsize=2.5, label=short(name))
 
 

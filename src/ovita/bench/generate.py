@@ -27,9 +27,9 @@ from ovita.io.files import make_folder
 from ovita.limits import constrain
 from ovita.measure import predicates as checks
 from ovita.measure.predicates import Check
-from ovita.paths.geometry import path_distances
+from ovita.paths.geometry import extent, path_distances
 from ovita.paths.scene import Frame, Scene, SceneObject
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 from ovita.toolkit import Recorder, namespace
 
 Split = Literal["train", "heldout"]
@@ -73,7 +73,6 @@ class Setting:
         waypoints: Fewest and most waypoints.
         speed: Lowest and highest mean speed [m/s].
         sizes: Smallest and largest edge of an object [m], or None for objects without dimensions.
-        frames: Frames that occur.
     """
 
     robot: str
@@ -119,23 +118,21 @@ def _path(rng: Generator, setting: Setting) -> Array:
     fine[:, flat] = 0.0
     reach = np.abs(fine).max(axis=0)
     fine *= rng.uniform(0.6, 1.0) * float((half[~flat] / reach[~flat]).min())
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
-    even = np.linspace(0.0, s[-1], int(rng.integers(setting.waypoints[0], setting.waypoints[1] + 1)))
-    spaced = np.stack([np.interp(even, s, fine[:, axis]) for axis in range(3)], axis=1)
+    spaced = interpolate(fine, source_indices(fine, int(rng.integers(*setting.waypoints, endpoint=True)), "arc_length"))
     return np.asarray(np.round(spaced + np.asarray(setting.center), 5))
 
 
 def _object(rng: Generator, setting: Setting, positions: Array, name: str) -> SceneObject | None:
     """An object at 8 to 30 % of the extent beside the path, clear of it; None if no place was found."""
-    extent = float(np.linalg.norm(np.ptp(positions, axis=0)))
+    size_of_path = extent(positions)
     for _ in range(20):
         size = None if setting.sizes is None else np.round(rng.uniform(*setting.sizes, size=3), 3)
         away = rng.normal(size=3)
         away[np.asarray(setting.half) == 0.0] = 0.0
-        away *= rng.uniform(0.08, 0.3) * extent / np.linalg.norm(away)
+        away *= rng.uniform(0.08, 0.3) * size_of_path / np.linalg.norm(away)
         place = np.round(positions[rng.integers(len(positions))] + away, 4)
         radius = 0.05 if size is None else float(np.linalg.norm(size)) / 2.0
-        if float(path_distances(positions, place[None])[0]) >= radius + 0.05 * extent:
+        if float(path_distances(positions, place[None])[0]) >= radius + 0.05 * size_of_path:
             return SceneObject(name, place, size)
     return None
 
@@ -154,9 +151,9 @@ class Clause:
     """A clause of an instruction: what it changes, what holds once it is fulfilled, and an edit that fulfils it."""
 
     name: str
-    text: str
     kind: str
     slot: Slot
+    text: str
     check: Check
     edit: Callable[[Array], Array]
 
@@ -177,12 +174,10 @@ class ClauseMaker:
     def make(self, name: str) -> Clause:
         """Draw a clause of that name."""
         kind, slot, draw = MAKERS[name]
-        text, check, edit = draw(self, name)
-        return Clause(name, text, kind, slot, check, edit)
+        return Clause(name, kind, slot, *draw(self, name))
 
     def _one(self, phrases: Phrases) -> str:
-        options = phrases[self.split]
-        return options[int(self.rng.integers(len(options)))]
+        return phrases[self.split][int(self.rng.integers(len(phrases[self.split])))]
 
     def _say(self, name: str, **values: str) -> str:
         return " ".join(self._one(CLAUSES[name]).format(**values).split())
@@ -210,8 +205,7 @@ class ClauseMaker:
         item = self._object()
         text, degree = self._say_degree(name, obj=item.name)
         step = self.scale.step(_SCALE_OF[degree])
-        check = (checks.closer if name == "closer" else checks.farther)(item.name, amount=degree)
-        return text, check, lambda rows: self.do[name](rows, item, step)
+        return text, getattr(checks, name)(item.name, amount=degree), lambda rows: self.do[name](rows, item, step)
 
     def pace(self, name: str) -> Drawn:
         """Slower or faster near an object."""
@@ -296,8 +290,7 @@ class ClauseMaker:
     def endpoint(self, name: str) -> Drawn:
         """The goal or the start to one side by metres."""
         text, by = self._shifted(name, 0.06, 0.15)
-        check = (checks.goal_moved if name == "goal" else checks.start_moved)(**by)
-        return text, check, lambda rows: self.do[f"move_{name}"](rows, **by)
+        return text, getattr(checks, f"{name}_moved")(**by), lambda rows: self.do[f"move_{name}"](rows, **by)
 
     def extend(self, name: str) -> Drawn:
         """On beyond the goal."""
@@ -318,8 +311,7 @@ class ClauseMaker:
         return text, {side: amount}
 
     def _scaled(self, rows: Array, factor: float, item: SceneObject, radius: float) -> Array:
-        result: Array = self.do["scale_speed"](rows, factor, where=self.do["near"](rows, item, within=radius))
-        return result
+        return np.asarray(self.do["scale_speed"](rows, factor, where=self.do["near"](rows, item, within=radius)))
 
 
 _DRAWN_BY: Mapping[tuple[str, Slot, Callable[[ClauseMaker, str], Drawn]], tuple[str, ...]] = {
@@ -374,12 +366,7 @@ TRIES = 200
 
 
 def generate(
-    n: int,
-    *,
-    seed: int = 0,
-    split: Split = "train",
-    families: Sequence[str] = (),
-    robots: Sequence[str] = (),
+    n: int, *, seed: int = 0, split: Split = "train", families: Sequence[str] = (), robots: Sequence[str] = ()
 ) -> Iterator[Sample]:
     """Draw samples, each with a check that doing nothing fails and that a known edit passes within the robot's limits.
 
@@ -428,14 +415,11 @@ def _sample(rng: Generator, family: str, scale: str, split: Split, index: int, s
         trajectory, scene = random_scene(rng, setting, split)
         if len(scene) < 2:
             continue
-        maker = ClauseMaker(rng, trajectory, scene, split, flat=setting.half[2] == 0.0)
-        clauses = _draw(rng, maker, family)
+        clauses = _draw(rng, ClauseMaker(rng, trajectory, scene, split, flat=setting.half[2] == 0.0), family)
         check = _whole(clauses)
         if not _sound(clauses, check, trajectory, scene, setting):
             continue
-        text = clauses[0].text
-        for clause in clauses[1:]:
-            text += str(rng.choice(np.array(JOINS[split]))) + clause.text
+        text = clauses[0].text + "".join(str(rng.choice(np.array(JOINS[split]))) + c.text for c in clauses[1:])
         kind = clauses[0].kind if len(clauses) == 1 else "several"
         extra = {
             "check": check.to_dict(),

@@ -14,7 +14,7 @@ from pathlib import Path, PurePath
 
 from ovita.baselines.catalogue import labelled
 from ovita.bench import tables
-from ovita.bench.page import render
+from ovita.bench.page import template_of
 from ovita.bench.records import OUTCOMES, RECORDS, Record, read_manifest, read_records
 from ovita.bench.tables import Interval
 from ovita.errors import FormatError, RequestError
@@ -40,16 +40,13 @@ class Passed:
 
 @dataclass(frozen=True)
 class EnteredSystem:
-    """One system of a run.
+    """One system of a run; a program is named without the path that it lay at.
 
     Args:
-        system, condition: Names; a program is named without the path that it lay at.
-        success, executable: Over all samples, with intervals.
         clauses: Mean share of the checks' clauses that hold.
         p50_ms, p95_ms: Time to the first answer.
         tokens: Read and written.
         outcomes: How many first answers were right, asked and so on.
-        subsets, kinds: Success by part.
     """
 
     system: str
@@ -168,7 +165,7 @@ def page(entries: Sequence[EnteredRun]) -> str:
     for rows in boards.values():
         rows.sort(key=lambda row: (-row[1].success.passed / row[1].success.n, row[1].system, row[0].date))
     ordered = sorted(boards.items(), key=lambda item: (-item[1][0][0].samples, item[0]))
-    return render("leaderboard.html.j2", boards=ordered, outcomes=OUTCOMES)
+    return template_of("ovita.bench", "leaderboard.html.j2").render(boards=ordered, outcomes=OUTCOMES)
 
 
 def text(entries: Sequence[EnteredRun]) -> list[list[str]]:
@@ -176,10 +173,16 @@ def text(entries: Sequence[EnteredRun]) -> list[list[str]]:
     rows = [["dataset", "samples", "system", "success", "95 % interval", "executable", "p50 ms", "date", "commit"]]
     for entry in entries:
         for s in sorted(entry.systems, key=lambda s: -s.success.passed / s.success.n):
-            name = tables.named((s.system, s.condition))
-            rows.append([f"{entry.dataset} {entry.digest[:6]}", str(entry.samples), name, _share(s.success)])
-            rows[-1] += [f"{s.success.low:.1%} to {s.success.high:.1%}", _share(s.executable), f"{s.p50_ms:.0f}"]
-            rows[-1] += [entry.date, entry.commit or "-"]
+            span = f"{s.success.low:.1%} to {s.success.high:.1%}"
+            shown = (
+                tables.named((s.system, s.condition)),
+                _share(s.success),
+                span,
+                _share(s.executable),
+                f"{s.p50_ms:.0f}",
+            )
+            dataset = f"{entry.dataset} {entry.digest[:6]}", str(entry.samples)
+            rows.append([*dataset, *shown, entry.date, entry.commit or "-"])
     return rows
 
 
@@ -205,8 +208,7 @@ def _read(file: Path) -> EnteredRun:
 
 
 def _whole(run: str, records: Sequence[Record], samples: int) -> None:
-    for column in tables.columns(records):
-        mine = [r for r in records if (r.writer, r.condition) == column]
+    for column, mine in tables.by_column(records).items():
         name = tables.named(column)
         if len(mine) != samples:
             raise RequestError(f"{run}: {name} has {len(mine)} of {samples} samples; let the run end first")
@@ -215,12 +217,9 @@ def _whole(run: str, records: Sequence[Record], samples: int) -> None:
 
 
 def _standings(records: Sequence[Record]) -> Iterable[EnteredSystem]:
-    parts = (tables.tallies(records, "subset"), tables.tallies(records, "kind"))
-    for x in tables.tallies(records):
-        subsets, kinds = (
-            tuple(_part(y.group, y.success) for y in found if (y.writer, y.condition) == (x.writer, x.condition))
-            for found in parts
-        )
+    for mine in tables.by_column(records).values():
+        (x,) = tables.tallies(mine)
+        subsets, kinds = (tuple(_part(y.group, y.success) for y in tables.tallies(mine, by)) for by in _PARTS)
         yield EnteredSystem(
             system=labelled(shown_name(x.writer)),
             condition=x.condition,
@@ -234,6 +233,9 @@ def _standings(records: Sequence[Record]) -> Iterable[EnteredSystem]:
             subsets=subsets,
             kinds=kinds,
         )
+
+
+_PARTS: tuple[tables.By, ...] = ("subset", "kind")
 
 
 def _part(group: str, share: Interval) -> Passed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cache
 from html import escape
@@ -13,7 +14,7 @@ import numpy as np
 from ovita.bench.records import Record, Rows
 from ovita.errors import OvitaError, needs
 from ovita.paths.scene import Frame
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -32,34 +33,15 @@ def html(
     Raises:
         MissingExtra: If Jinja2 is not installed.
     """
-    groups: dict[tuple[str, str, str], list[Record]] = {}
-    for record in sorted(records, key=lambda r: r.last.passed):
-        groups.setdefault((record.writer, record.condition, record.subset), []).append(record)
-    keys = dict.fromkeys((r.writer, r.condition, r.subset) for r in records)
-    return render(
-        "report.html.j2",
-        title=title,
-        tables=tables,
-        panel=_markup(panel[panel.index("<svg") :]) if panel else "",
-        groups=[(key, groups[key]) for key in keys],
-        numeric=tuple("-+0123456789"),
-        sketch=lambda *arguments: _markup(sketch(*arguments)),
+    groups: dict[tuple[str, str, str], list[Record]] = defaultdict(list)
+    for r in records:
+        groups[*r.column, r.subset].append(r)
+    found = {key: sorted(group, key=lambda r: r.last.passed) for key, group in groups.items()}
+    drawn = panel[panel.index("<svg") :] if panel else ""
+    page = template_of("ovita.bench", "report.html.j2")
+    return page.render(
+        title=title, tables=tables, panel=drawn, groups=found.items(), numeric=tuple("-+0123456789"), sketch=sketch
     )
-
-
-def render(template: str, **values: Any) -> str:
-    """Fill a template of this package; all values that are no markup are escaped.
-
-    Raises:
-        MissingExtra: If Jinja2 is not installed.
-    """
-    return template_of("ovita.bench", template).render(**values)
-
-
-def _markup(text: str) -> str:
-    with needs("jinja2", "plot"):
-        from markupsafe import Markup
-    return Markup(text)
 
 
 @cache
@@ -88,8 +70,8 @@ def sketch(original: Rows, adapted: Rows, scene: Mapping[str, Any]) -> str:
     things = [(name, axes @ place) for name, place in places]
     parts = [
         _above(before[:, :3] @ axes.T, after[:, :3] @ axes.T, things),
-        _along("height [m]", _travelled(before), before[:, :3] @ up, _travelled(after), after[:, :3] @ up),
-        _along("speed [m/s]", _travelled(before), before[:, 3], _travelled(after), after[:, 3]),
+        _along("height [m]", (before, before[:, :3] @ up), (after, after[:, :3] @ up)),
+        _along("speed [m/s]", (before, before[:, 3]), (after, after[:, 3])),
     ]
     inner = "".join(f'<g transform="translate({i * (WIDTH + 10):.0f} 0)">{part}</g>' for i, part in enumerate(parts))
     whole = 3 * WIDTH + 20
@@ -123,22 +105,20 @@ def _above(before: Array, after: Array, things: Sequence[tuple[str, Array]]) -> 
     return "".join(out)
 
 
-def _along(title: str, s: Array, values: Array, s_after: Array, values_after: Array) -> str:
-    both = np.concatenate([values, values_after])
+def _along(title: str, *drawn: tuple[Array, Array]) -> str:
+    """Two paths, rows and a value for each, over their arc length."""
+    both = np.concatenate([values for _, values in drawn])
     low, high = float(both.min()), float(both.max())
     span = max(high - low, 1e-3 * max(abs(high), 1.0))
     low, high = (low + high - span) / 2, (low + high + span) / 2
-    longest = max(float(s[-1]), float(s_after[-1]), 1e-9)
-
-    def place(x: Array, y: Array) -> Array:
-        return np.stack(
-            [PAD + (WIDTH - 2 * PAD) * x / longest, HEIGHT - PAD - (HEIGHT - 2.6 * PAD) * (y - low) / span], axis=1
-        )
-
+    along = [arc_length(rows[:, :3]) for rows, _ in drawn]
+    longest = max(float(along[0][-1]), float(along[1][-1]), 1e-9)
+    out = [_box(title)]
+    for s, (_, values), color in zip(along, drawn, (BEFORE, AFTER), strict=True):
+        x, y = PAD + (WIDTH - 2 * PAD) * s / longest, HEIGHT - PAD - (HEIGHT - 2.6 * PAD) * (values - low) / span
+        out.append(_line(np.stack([x, y], axis=1), color, color == BEFORE))
     labels = f'<text x="3" y="{HEIGHT - 3:.0f}">{low:.3g}</text><text x="3" y="{1.7 * PAD:.0f}">{high:.3g}</text>'
-    return (
-        _box(title) + _line(place(s, values), BEFORE, True) + _line(place(s_after, values_after), AFTER, False) + labels
-    )
+    return "".join(out) + labels
 
 
 def _box(title: str) -> str:
@@ -152,7 +132,3 @@ def _line(points: Array, color: str, dashed: bool) -> str:
     text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     dash = ' stroke-dasharray="4 3"' if dashed else ""
     return f'<polyline points="{text}" fill="none" stroke="{color}" stroke-width="1.6"{dash}/>'
-
-
-def _travelled(rows: Array) -> Array:
-    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1))])

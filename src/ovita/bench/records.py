@@ -25,6 +25,9 @@ OUTCOMES = ("right", "right after one yes", "asked", "declined", "flagged", "sil
 
 RECORDS, MANIFEST, RATINGS = "records.jsonl", "run.json", "ratings.csv"
 
+Column = tuple[str, str]
+"""Writer and condition."""
+
 Rows = tuple[tuple[float, ...], ...]
 """Waypoints: x, y, z [m], speed [m/s]."""
 
@@ -79,8 +82,6 @@ class Record:
 
     Args:
         sample, subset, kind, void: As in the sample.
-        writer, condition: Their names.
-        robot: Whose limits were enforced.
         idle: Whether doing nothing passes the check.
         original: The waypoints that it was about.
         scene, check: As in a scene file and a dataset file.
@@ -104,7 +105,12 @@ class Record:
     @property
     def key(self) -> tuple[str, str, str]:
         """What a record is about: writer, condition, sample."""
-        return self.writer, self.condition, self.sample
+        return *self.column, self.sample
+
+    @property
+    def column(self) -> Column:
+        """Whose record it is."""
+        return self.writer, self.condition
 
     @property
     def first(self) -> Round:

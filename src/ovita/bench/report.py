@@ -7,15 +7,17 @@ import io
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from ovita.bench import tables
 from ovita.bench.page import html
 from ovita.bench.records import OUTCOMES, Record
-from ovita.bench.tables import Interval
+from ovita.bench.tables import Interval, Tally
 from ovita.errors import MissingExtra, RequestError, needs
 from ovita.io import atomic_write
 from ovita.io.files import make_folder
@@ -81,72 +83,51 @@ def report_tables(
 ) -> list[tuple[str, Table]]:
     """The report's tables with their headings."""
     found = [("Success", success_table(records, prices)), ("First answers", outcome_table(records))]
-    for by, heading in (("subset", "By subset"), ("kind", "By kind of instruction")):
-        rows = [["writer", by, "success", "95 % interval", "n", "executable", "clauses"]]
-        for x in tables.tallies(records, by):  # type: ignore[arg-type]
-            name = tables.named((x.writer, x.condition))
-            rows.append([name, x.group, _rate(x.success), _span(x.success), str(x.success.n)])
-            rows[-1] += [_rate(x.executable), f"{x.score:.1%}"]
-        found.append((heading, rows))
-    found.append(("Limits", _limits(records)))
-    feedback = [["writer", "turns of feedback", "success", "95 % interval"]]
-    for column in tables.columns(records):
-        shares = tables.rounds(records, column)
-        feedback += [
-            [tables.named(column), str(i), _rate(s), _span(s)] for i, s in enumerate(shares) if len(shares) > 1
-        ]
-    found.append(("Feedback", feedback if len(feedback) > 1 else []))
-    found.append(("Comparisons", _comparisons(records)))
-    found.append(("Similarity with what was matched", _similarities(records)))
-    if ratings:
-        rows = [["writer", "mean", "4 or 5", "n"]]
-        for writer, values in ratings.items():
-            rows.append([writer, f"{sum(values) / len(values):.2f}"])
-            rows[-1] += [f"{sum(v >= 4 for v in values) / len(values):.1%}", str(len(values))]
-        found.append(("Interpretability", rows))
-    return found
+    for by, heading in _PARTS.items():
+        shown = "writer", by, "success", "95 % interval", "n", "executable", "clauses"
+        found.append((heading, _table(tables.tallies(records, by), *shown)))
+    found += [
+        ("Limits", _table(tables.tallies(records), "writer", *_VERDICTS, "lost to the limits")),
+        ("Feedback", _feedback(records)),
+        ("Comparisons", _comparisons(records)),
+        ("Similarity with what was matched", _similarities(records)),
+        ("Interpretability", _interpretability(ratings or {})),
+    ]
+    return [(heading, rows) for heading, rows in found if len(rows) > 1]
 
 
 def success_table(records: Sequence[Record], prices: Mapping[str, tuple[float, float]] | None = None) -> Table:
     """The main table: one row a writer and condition, and a row for doing nothing."""
-    rows = [
-        ["writer", "success", "95 % interval", "n", "executable", "clauses", "attempts", "p50 ms", "p95 ms", "tokens"]
-        + (["cost"] if prices else [])
+    shown = [
+        "writer",
+        "success",
+        "95 % interval",
+        "n",
+        "executable",
+        "clauses",
+        "attempts",
+        "p50 ms",
+        "p95 ms",
+        "tokens",
     ]
-    for x in tables.tallies(records, prices=prices):
-        name = tables.named((x.writer, x.condition))
-        rows.append([name, _rate(x.success), _span(x.success), str(x.success.n), _rate(x.executable), f"{x.score:.1%}"])
-        rows[-1] += [f"{x.attempts:.2f}", f"{x.p50:.0f}", f"{x.p95:.0f}", str(x.input_tokens + x.output_tokens)]
-        rows[-1] += [f"{x.cost:.4g}"] if prices else []
+    rows = _table(tables.tallies(records, prices=prices), *shown, *(["cost"] if prices else []))
     nothing = tables.idle(records)
-    rows.append(["doing nothing", _rate(nothing), _span(nothing), str(nothing.n)] + ["-"] * (len(rows[0]) - 4))
-    return rows
+    return [*rows, ["doing nothing", _rate(nothing), _span(nothing), str(nothing.n)] + ["-"] * (len(rows[0]) - 4)]
 
 
 def outcome_table(records: Sequence[Record]) -> Table:
     """What the first answers amount to: one row a writer and condition, one column an outcome."""
-    rows = [["writer", *OUTCOMES, "n"]]
-    for x in tables.tallies(records):
-        n = x.success.n
-        shares = [f"{x.outcomes[name] / n:.1%}" for name in OUTCOMES]
-        rows.append([tables.named((x.writer, x.condition)), *shares, str(n)])
-    return rows
+    return _table(tables.tallies(records), "writer", *OUTCOMES, "n")
 
 
 def markdown(
-    title: str,
-    found: Sequence[tuple[str, Table]],
-    manifest: Mapping[str, Any],
-    notes: Sequence[str],
-    *,
-    panel: bool,
+    title: str, found: Sequence[tuple[str, Table]], manifest: Mapping[str, Any], notes: Sequence[str], *, panel: bool
 ) -> str:
     """The report as Markdown."""
     parts = [f"# {cell(title)}", *(f"> {cell(note)}" for note in notes)]
     parts += [pipes(_run_table(manifest, ()))]
     for heading, rows in found:
-        if rows:
-            parts += [f"## {heading}", pipes(rows)]
+        parts += [f"## {heading}", pipes(rows)]
     if panel:
         parts += ["## Figures", "![Figures A to G](panel.svg)"]
     parts.append(
@@ -192,39 +173,71 @@ def summary_rows(
     records: Sequence[Record], prices: Mapping[str, tuple[float, float]] | None = None
 ) -> list[dict[str, Any]]:
     """One flat row a writer, condition and group."""
-    found = []
-    for by in ("all", "subset", "kind"):
-        for x in tables.tallies(records, by, prices):
-            found.append(
-                {
-                    "by": by,
-                    **_of(x, "group", "writer", "condition"),
-                    "n": x.success.n,
-                    "passed": x.success.successes,
-                    "success": x.success.rate,
-                    "low": x.success.low,
-                    "high": x.success.high,
-                    "passed_first": x.first.successes,
-                    "executable": x.executable.rate,
-                    "clauses": x.score,
-                    "attempts": x.attempts,
-                    "p50_ms": x.p50,
-                    "p95_ms": x.p95,
-                    **_of(x, "input_tokens", "output_tokens", "cost", "lost_to_limits", "unreached"),
-                    **{f"limits_{k}": x.limits.get(k, 0) for k in _VERDICTS},
-                }
-            )
-    return found
+    groups: tuple[tables.By, ...] = ("all", *_PARTS)
+    return [
+        {
+            **_of(x, "by", "group", "writer", "condition"),
+            "n": x.success.n,
+            "passed": x.success.successes,
+            "success": x.success.rate,
+            **_of(x.success, "low", "high"),
+            "passed_first": x.first.successes,
+            "executable": x.executable.rate,
+            "clauses": x.score,
+            "attempts": x.attempts,
+            "p50_ms": x.p50,
+            "p95_ms": x.p95,
+            **_of(x, "input_tokens", "output_tokens", "cost", "lost_to_limits", "unreached"),
+            **{f"limits_{k}": x.limits.get(k, 0) for k in _VERDICTS},
+        }
+        for by in groups
+        for x in tables.tallies(records, by, prices)
+    ]
 
 
 _VERDICTS = ("satisfied", "repaired", "infeasible", "preexisting", "off", "none")
 
 
-def _limits(records: Sequence[Record]) -> Table:
-    rows = [["writer", *_VERDICTS, "lost to the limits"]]
-    for x in tables.tallies(records):
-        counts = [str(x.limits.get(verdict, 0)) for verdict in _VERDICTS]
-        rows.append([tables.named((x.writer, x.condition)), *counts, str(x.lost_to_limits)])
+_PARTS: Mapping[tables.By, str] = {"subset": "By subset", "kind": "By kind of instruction"}
+
+
+def _outcome(name: str, x: Tally) -> str:
+    return f"{x.outcomes[name] / x.success.n:.1%}"
+
+
+def _limit(name: str, x: Tally) -> str:
+    return str(x.limits.get(name, 0))
+
+
+_CELLS: Mapping[str, Callable[[Tally], str]] = {
+    "writer": lambda x: x.name,
+    **dict.fromkeys(_PARTS, lambda x: x.group),
+    "success": lambda x: _rate(x.success),
+    "95 % interval": lambda x: _span(x.success),
+    "n": lambda x: str(x.success.n),
+    "executable": lambda x: _rate(x.executable),
+    "clauses": lambda x: f"{x.score:.1%}",
+    "attempts": lambda x: f"{x.attempts:.2f}",
+    "p50 ms": lambda x: f"{x.p50:.0f}",
+    "p95 ms": lambda x: f"{x.p95:.0f}",
+    "tokens": lambda x: str(x.input_tokens + x.output_tokens),
+    "cost": lambda x: f"{x.cost:.4g}",
+    **{name: partial(_outcome, name) for name in OUTCOMES},
+    **{name: partial(_limit, name) for name in _VERDICTS},
+    "lost to the limits": lambda x: str(x.lost_to_limits),
+}
+"""What the columns of tables hold."""
+
+
+def _table(found: Iterable[Tally], *shown: str) -> Table:
+    return [[*shown], *([_CELLS[name](x) for name in shown] for x in found)]
+
+
+def _feedback(records: Sequence[Record]) -> Table:
+    rows = [["writer", "turns of feedback", "success", "95 % interval"]]
+    for column, mine in tables.by_column(records).items():
+        shares = tables.rounds(mine)
+        rows += [[tables.named(column), str(i), _rate(s), _span(s)] for i, s in enumerate(shares) if len(shares) > 1]
     return rows
 
 
@@ -232,21 +245,27 @@ def _comparisons(records: Sequence[Record]) -> Table:
     rows = [["measure", "of", "against", "test", "n", "differ", "second higher", "p", "p (Holm)", "effect"]]
     for c in tables.comparisons(records):
         p = c.paired
-        rows.append([c.what, c.a, c.b, p.test, str(p.n), str(p.changed), str(p.better)])
-        rows[-1] += [f"{p.p:.3g}", f"{c.holm:.3g}", f"{p.effect:+.2f}"]
-    return rows if len(rows) > 1 else []
+        counts = map(str, (p.n, p.changed, p.better))
+        rows.append([c.what, c.a, c.b, p.test, *counts, f"{p.p:.3g}", f"{c.holm:.3g}", f"{p.effect:+.2f}"])
+    return rows
 
 
 def _similarities(records: Sequence[Record]) -> Table:
     """How similar instructions were to what a baseline matched them with, where the answer was right and where not."""
     rows = [["writer", "answer", "n", "median", "5 %", "95 %"]]
-    for column in tables.columns(records):
-        mine = [r.first for r in records if (r.writer, r.condition) == column]
-        for answer, passed in (("right", True), ("wrong", False)):
-            found = [x.similarity for x in mine if x.similarity is not None and x.passed == passed]
-            spread = [f"{tables.percentile(found, share):.2f}" for share in (0.5, 0.05, 0.95)]
-            rows += [[tables.named(column), answer, str(len(found)), *spread]] if found else []
-    return rows if len(rows) > 1 else []
+    for (column, mine), passed in product(tables.by_column(records).items(), (True, False)):
+        found = [r.first.similarity for r in mine if r.first.similarity is not None and r.first.passed == passed]
+        spread = [f"{tables.percentile(found, share):.2f}" for share in (0.5, 0.05, 0.95)]
+        rows += [[tables.named(column), "right" if passed else "wrong", str(len(found)), *spread]] if found else []
+    return rows
+
+
+def _interpretability(ratings: Mapping[str, Sequence[float]]) -> Table:
+    rows = [["writer", "mean", "4 or 5", "n"]]
+    for writer, values in ratings.items():
+        n = len(values)
+        rows.append([writer, f"{sum(values) / n:.2f}", f"{sum(v >= 4 for v in values) / n:.1%}", str(n)])
+    return rows
 
 
 def _run_table(manifest: Mapping[str, Any], notes: Sequence[str]) -> Table:

@@ -47,7 +47,6 @@ class RunPlan:
 
     Args:
         writers: Names of writers and baselines, see `open_system`.
-        conditions: The default one and the ablations.
         base_url: An OpenAI-compatible server for the writers that are models.
         temperature: Of models, unless a condition says otherwise.
         jobs: Samples at a time.
@@ -82,13 +81,20 @@ class Meter:
         self, log: RecordLog, wanted: set[tuple[str, str, str]], todo: int, plan: RunPlan, show: Progress | None
     ) -> None:
         self._plan, self._show, self._todo, self._new = plan, show, todo, 0
-        there = [record for key, record in log.records.items() if key in wanted]
-        self._total, self._done = len(wanted), len(wanted) - todo
-        self._passed = sum(record.last.passed for record in there)
-        self._tokens = sum(record.tokens for record in there)
-        self._cost = sum(record.cost(plan.prices) for record in there)
+        self._total, self._passed, self._tokens, self._cost = len(wanted), 0, 0, 0.0
+        for key in log.records.keys() & wanted:
+            self._add(log.records[key])
         self._started = time.monotonic()
         self.notes: list[str] = []
+
+    @property
+    def _done(self) -> int:
+        return self._total - self._todo + self._new
+
+    def _add(self, record: Record) -> None:
+        self._passed += record.last.passed
+        self._tokens += record.tokens
+        self._cost += record.cost(self._plan.prices)
 
     @property
     def spent(self) -> bool:
@@ -106,10 +112,7 @@ class Meter:
     def count(self, record: Record) -> None:
         """Take a new record into account, and show how far the run is."""
         self._new += 1
-        self._done += 1
-        self._passed += record.last.passed
-        self._tokens += record.tokens
-        self._cost += record.cost(self._plan.prices)
+        self._add(record)
         if self._show is not None:
             pace = (time.monotonic() - self._started) / self._new
             left = pace * (self._todo - self._new)
@@ -135,6 +138,11 @@ class _Cell:
     @property
     def key(self) -> tuple[str, str, str]:
         return self.writer, self.condition.name, self.sample.id
+
+    def system(self, plan: RunPlan) -> tuple[str, float]:
+        """The system that is asked: its name and temperature."""
+        own = self.condition.temperature
+        return self.writer, plan.temperature if own is None else own
 
 
 def run(
@@ -274,20 +282,15 @@ def _workers(todo: Sequence[_Cell], plan: RunPlan, replaying: bool) -> tuple[Cal
     if local and (plan.engine == "ray" or (plan.jobs > 1 and len(todo) > 2 * plan.jobs)):
         return partial(_run_cell, plan=plan), plan.engine
 
-    def heat(cell: _Cell) -> float:
-        return plan.temperature if cell.condition.temperature is None else cell.condition.temperature
-
-    writers: dict[tuple[str, float], System] = {}
-    limiters: dict[str, Limiter] = {}
-    for cell in todo if not replaying else ():
-        temperature = heat(cell)
-        if (cell.writer, temperature) not in writers:
-            made = open_system(cell.writer, base_url=plan.base_url, temperature=temperature, timeout=plan.timeout)
-            writers[cell.writer, temperature] = made
-            limiters.setdefault(cell.writer, Limiter(None if is_local(cell.writer) else plan.per_minute))
+    wanted = dict.fromkeys(cell.system(plan) for cell in todo if not replaying)
+    made = {
+        (name, heat): open_system(name, base_url=plan.base_url, temperature=heat, timeout=plan.timeout)
+        for name, heat in wanted
+    }
+    limiters = {name: Limiter(None if is_local(name) else plan.per_minute) for name, _ in made}
 
     def work(cell: _Cell) -> Record:
-        return _run_cell(cell, plan, writers.get((cell.writer, heat(cell))), limiters.get(cell.writer))
+        return _run_cell(cell, plan, made.get(cell.system(plan)), limiters.get(cell.writer))
 
     return work, "threads"
 

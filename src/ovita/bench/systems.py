@@ -57,14 +57,7 @@ class RecordingWriter:
         retries: How often a request that failed in transport is sent again.
     """
 
-    def __init__(
-        self,
-        inner: PolicyWriter,
-        condition: Condition,
-        limiter: Limiter | None = None,
-        *,
-        retries: int = 2,
-    ) -> None:
+    def __init__(self, inner: PolicyWriter, condition: Condition, limiter: Limiter | None, retries: int) -> None:
         self._inner, self._condition, self._limiter = inner, condition, limiter or Limiter()
         self._retries, self.name = retries, inner.name
         self.replies: list[dict[str, Any]] = []
@@ -173,7 +166,7 @@ def recording(system: System, condition: Condition, limiter: Limiter | None = No
     """A system that records its answers."""
     if isinstance(system, Baseline):
         return RecordingBaseline(system)
-    return RecordingWriter(system, condition, limiter, retries=retries)
+    return RecordingWriter(system, condition, limiter, retries)
 
 
 def open_writer(name: str, *, base_url: str | None = None, temperature: float = 0.1) -> PolicyWriter:
@@ -185,8 +178,7 @@ def open_writer(name: str, *, base_url: str | None = None, temperature: float = 
     """
     if not name.startswith("python:"):
         return writer_named(name, base_url=None if name == "builtin" else base_url, temperature=temperature)
-    _, _, rest = name.partition(":")
-    module, _, attribute = rest.partition(":")
+    module, _, attribute = name.removeprefix("python:").partition(":")
     try:
         made = getattr(import_module(module), attribute)()
     except (ImportError, AttributeError, ValueError, TypeError) as error:
@@ -234,10 +226,10 @@ class SystemsHere:
 def systems_here() -> SystemsHere:
     """The built-in writer, the configured or local model, and every baseline that ovita brings."""
     names, missing = ["builtin"], {}
-    model = next((name for name in configured_model() if name), "")
+    model = [name for name in configured_model() if name][:1]
     if not model:
         missing["a language model"] = f"{MODEL_VARIABLE} is not set, and no local model is present (ovita models)"
-    for name in (*([model] if model else []), *NAMES):
+    for name in (*model, *NAMES):
         try:
             (baseline_named if name in NAMES else writer_named)(name)
         except OvitaError as error:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, groupby
 from typing import Any, Literal
 
 import numpy as np
 from scipy.stats import binomtest, rankdata, wilcoxon
 
 from ovita.baselines import labelled
-from ovita.bench.records import OUTCOMES, Record
+from ovita.bench.records import OUTCOMES, Column, Record, Round
+from ovita.paths.trajectory import Array
 
 By = Literal["all", "subset", "kind"]
-
-Column = tuple[str, str]
-"""Writer and condition."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,6 @@ class Tally:
     """One group of records of one writer and condition.
 
     Args:
-        writer, condition: Their names.
         by, group: What groups are made by, and the group's name; "all" for all.
         success, first, executable: Records whose last answer passes, whose first one does, whose first one ran.
         score: Mean share of the check's clauses that hold.
@@ -58,6 +55,11 @@ class Tally:
     lost_to_limits: int
     unreached: int
 
+    @property
+    def name(self) -> str:
+        """Writer and condition as a heading."""
+        return named((self.writer, self.condition))
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -73,13 +75,12 @@ class Comparison:
     holm: float = math.nan
 
 
-def columns(records: Sequence[Record]) -> list[Column]:
-    """Writers and conditions, in the records' order."""
-    return list(dict.fromkeys((r.writer, r.condition) for r in records))
-
-
-def _of(column: Column, records: Sequence[Record]) -> list[Record]:
-    return [r for r in records if (r.writer, r.condition) == column]
+def by_column(records: Iterable[Record]) -> dict[Column, list[Record]]:
+    """Records by writer and condition, in their order."""
+    found: dict[Column, list[Record]] = defaultdict(list)
+    for record in records:
+        found[record.column].append(record)
+    return found
 
 
 def named(column: Column) -> str:
@@ -92,12 +93,12 @@ def tallies(
     records: Sequence[Record], by: By = "all", prices: Mapping[str, tuple[float, float]] | None = None
 ) -> list[Tally]:
     """Count records by writer, condition and group."""
-    found: list[Tally] = []
-    for writer, condition in columns(records):
-        mine = _of((writer, condition), records)
-        for group in sorted({_group(r, by) for r in mine}):
-            part = [r for r in mine if _group(r, by) == group]
-            found.append(_tally(part, writer, condition, by, group, prices or {}))
+    found = []
+    for mine in by_column(records).values():
+        ordered = sorted(mine, key=lambda r: _group(r, by))
+        found += [
+            _tally(list(part), by, group, prices or {}) for group, part in groupby(ordered, lambda r: _group(r, by))
+        ]
     return found
 
 
@@ -107,9 +108,8 @@ def idle(records: Sequence[Record]) -> Interval:
     return wilson(sum(by_sample.values()), len(by_sample))
 
 
-def rounds(records: Sequence[Record], column: Column) -> list[Interval]:
-    """Success after 0, 1, 2, ... turns of feedback."""
-    mine = _of(column, records)
+def rounds(mine: Sequence[Record]) -> list[Interval]:
+    """Success of one writer and condition after 0, 1, 2, ... turns of feedback."""
     most = max((len(r.rounds) for r in mine), default=0)
     return [wilson(sum(any(x.passed for x in r.rounds[: k + 1]) for r in mine), len(mine)) for k in range(most)]
 
@@ -120,24 +120,27 @@ def comparisons(records: Sequence[Record]) -> list[Comparison]:
     Success is compared by McNemar's test; the share of clauses that hold, and the time to the first answer between
     writers, by Wilcoxon's.
     """
-    by_column = {column: {r.sample: r for r in _of(column, records)} for column in columns(records)}
+    columns = {column: {r.sample: r for r in mine} for column, mine in by_column(records).items()}
     found: list[Comparison] = []
-    for a, b in combinations(by_column, 2):
+    for a, b in combinations(columns, 2):
         one_differs = a[1] == b[1] or a[0] == b[0]  # two writers as they are, or a condition and its default one
         if "default" in (a[1], b[1]) and one_differs:
-            found += _pair(a, b, by_column[a], by_column[b])
-    for column, mine in by_column.items():
-        if any(len(r.rounds) > 1 for r in mine.values()):
-            paired = mcnemar([r.first.passed for r in mine.values()], [r.last.passed for r in mine.values()])
-            found.append(Comparison("success", named(column), f"{named(column)}, with feedback", paired))
-    return _corrected(found)
+            found += _pair(a, b, columns[a], columns[b])
+    return _corrected([*found, *_with_feedback(by_column(records))])
+
+
+def _with_feedback(columns: Mapping[Column, Sequence[Record]]) -> Iterator[Comparison]:
+    for column, mine in columns.items():
+        if any(len(r.rounds) > 1 for r in mine):
+            paired = mcnemar([r.first.passed for r in mine], [r.last.passed for r in mine])
+            yield Comparison("success", named(column), f"{named(column)}, with feedback", paired)
 
 
 def _corrected(found: Sequence[Comparison]) -> list[Comparison]:
     p = np.array([c.paired.p for c in found])
     for what in dict.fromkeys(c.what for c in found):
         family = [i for i, c in enumerate(found) if c.what == what]
-        p[family] = holm(p[family].tolist())
+        p[family] = holm(p[family])
     return [replace(c, holm=float(value)) for c, value in zip(found, p, strict=True)]
 
 
@@ -159,32 +162,34 @@ def _pair(a: Column, b: Column, left: Mapping[str, Record], right: Mapping[str, 
 
 
 def _group(record: Record, by: By) -> str:
-    return "all" if by == "all" else record.subset if by == "subset" else record.kind
+    return "all" if by == "all" else str(getattr(record, by))
 
 
-def _tally(
-    part: Sequence[Record], writer: str, condition: str, by: By, group: str, prices: Mapping[str, tuple[float, float]]
-) -> Tally:
+def _tally(part: Sequence[Record], by: By, group: str, prices: Mapping[str, tuple[float, float]]) -> Tally:
     n = len(part)
-    times = [r.first.ms for r in part]
+    first, last = [r.first for r in part], [r.last for r in part]
+    rounds, times = [x for r in part for x in r.rounds], [x.ms for x in first]
+
+    def total(of: Sequence[Round], what: str) -> Any:
+        return sum(getattr(x, what) for x in of)
+
     return Tally(
-        writer=writer,
-        condition=condition,
+        *part[0].column,
         by=by,
         group=group,
-        success=wilson(sum(r.last.passed for r in part), n),
-        first=wilson(sum(r.first.passed for r in part), n),
-        executable=wilson(sum(r.first.executable for r in part), n),
-        score=sum(r.last.score for r in part) / n,
-        attempts=sum(r.first.attempts for r in part) / n,
+        success=wilson(total(last, "passed"), n),
+        first=wilson(total(first, "passed"), n),
+        executable=wilson(total(first, "executable"), n),
+        score=total(last, "score") / n,
+        attempts=total(first, "attempts") / n,
         p50=percentile(times, 0.5),
         p95=percentile(times, 0.95),
-        input_tokens=sum(x.input_tokens for r in part for x in r.rounds),
-        output_tokens=sum(x.output_tokens for r in part for x in r.rounds),
+        input_tokens=total(rounds, "input_tokens"),
+        output_tokens=total(rounds, "output_tokens"),
         cost=sum(r.cost(prices) for r in part),
-        limits=dict(sorted(Counter(r.last.limits for r in part).items())),
-        outcomes={name: sum(r.outcome == name for r in part) for name in OUTCOMES},
-        lost_to_limits=sum(r.last.proposed_passed and not r.last.passed for r in part),
+        limits=dict(sorted(Counter(x.limits for x in last).items())),
+        outcomes=dict.fromkeys(OUTCOMES, 0) | Counter(r.outcome for r in part),
+        lost_to_limits=sum(x.proposed_passed and not x.passed for x in last),
         unreached=sum(r.unreached for r in part),
     )
 
@@ -198,6 +203,11 @@ class Interval:
     rate: float
     low: float
     high: float
+
+    @property
+    def error(self) -> tuple[float, float]:
+        """How far the interval reaches below and above the rate."""
+        return max(self.rate - self.low, 0.0), max(self.high - self.rate, 0.0)
 
 
 @dataclass(frozen=True)
@@ -245,8 +255,8 @@ def mcnemar(a: Sequence[bool], b: Sequence[bool]) -> Paired:
     """
     if len(a) != len(b):
         raise ValueError(f"{len(a)} and {len(b)} outcomes cannot be paired")
-    better = sum(bool(y) and not x for x, y in zip(a, b, strict=True))
-    changed = better + sum(bool(x) and not y for x, y in zip(a, b, strict=True))
+    better = int((np.asarray(b) > np.asarray(a)).sum())
+    changed = better + int((np.asarray(a) > np.asarray(b)).sum())
     if not changed:
         return Paired("McNemar", len(a), 0, 0, 1.0, 0.0)
     p = float(binomtest(better, changed, 0.5).pvalue)
@@ -278,17 +288,16 @@ def signed_rank(a: Sequence[float], b: Sequence[float]) -> Paired:
     return Paired("Wilcoxon", len(a), len(difference), better, min(p, 1.0), (2 * up - total) / total)
 
 
-def holm(p: Sequence[float]) -> list[float]:
+def holm(p: Sequence[float] | Array) -> Array:
     """P values of several tests, corrected so that the chance of any false alarm is kept [Holm1979], in their order.
 
     The k-th smallest of m is multiplied by m - k + 1; none is smaller than one before it, none exceeds 1.
     """
     values = np.asarray(p, dtype=float)
     order = np.argsort(values, kind="stable")
-    scaled = np.minimum(np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1)), 1.0)
     corrected = np.empty_like(values)
-    corrected[order] = scaled
-    return [float(value) for value in corrected]
+    corrected[order] = np.minimum(np.maximum.accumulate(values[order] * np.arange(len(values), 0, -1)), 1.0)
+    return corrected
 
 
 def percentile(values: Sequence[float], share: float) -> float:

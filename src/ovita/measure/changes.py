@@ -5,7 +5,7 @@ Waypoints count from 0, both ends included, and are those of the adapted traject
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +42,11 @@ class Span:
     def change(self) -> float:
         """After minus before."""
         return self.after - self.before
+
+    @classmethod
+    def of(cls, measure: Callable[[Array], float], before: Array, after: Array) -> Span:
+        """What a function measures on both."""
+        return cls(float(measure(before)), float(measure(after)))
 
 
 @dataclass(frozen=True)
@@ -130,12 +135,10 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class SpeedRange:
-    """Neighbouring waypoints that all became slower, or all faster.
+    """Neighbouring waypoints `first` to `last` that all became slower, or all faster.
 
     Args:
-        first: First waypoint.
-        last: Last waypoint.
-        speed: Mean speed of these waypoints [m/s].
+        speed: Their mean speed [m/s].
         near: Names of the objects, two at most, that the path passes here.
     """
 
@@ -160,14 +163,10 @@ class SpeedChange:
     """Speeds over the waypoints, dwells left out.
 
     Args:
-        mean: Mean speed [m/s].
-        min: Lowest speed [m/s].
-        max: Highest speed [m/s].
-        ratio_min: Lowest ratio of speed after to before, over waypoints that moved before; None without any.
-        ratio_max: Highest such ratio.
+        mean, min, max: [m/s].
+        ratio_min, ratio_max: Of the speed after to that before, over waypoints that moved before; None without any.
         count: Number of waypoints whose speed changed; `everywhere` if these are all that moved before.
-        first: First waypoint whose speed changed, or None.
-        last: Last one.
+        first, last: Of the waypoints whose speed changed, or None.
         ranges: The changed waypoints as runs of one direction; one run over all if there are very many.
         stops: Number of stops on the way, and at the ends if the robot waits there.
         stopped: The stops of the adapted trajectory.
@@ -200,8 +199,7 @@ class ObjectChange:
         distance: Closest approach to the centre [m], at fractional waypoint `distance_at` of either trajectory.
         clearance: Closest approach to the cuboid's surface [m], negative inside, at `clearance_at`.
         neighbourhood: Distance from the centre that counts as near [m].
-        speed_before: Mean speed of the original's waypoints in the neighbourhood [m/s]; None without any.
-        speed_after: The same of the adapted trajectory.
+        speed_before, speed_after: Mean speed of the waypoints in the neighbourhood [m/s]; None without any.
         sized: Whether the scene says how large the object is.
     """
 
@@ -224,17 +222,10 @@ class Changes:
         matching: How waypoints were paired, as in `paths.correspondence`.
         removed: Runs (first, last) of original waypoints that were taken out.
         added: Runs of waypoints that were put in.
-        path_unchanged: Whether positions are the same bit by bit.
-        speeds_unchanged: Whether speeds are the same bit by bit.
-        orientations_unchanged: Whether orientations are the same bit by bit.
-        waypoints: Number of waypoints.
-        length: Length of the path [m].
+        path_unchanged, speeds_unchanged, orientations_unchanged: Whether these are the same bit by bit.
+        waypoints: Their number.
+        length: Of the path [m].
         duration: Time from start to goal [s].
-        displacement: How far the path moved.
-        shape: Its turns and steps.
-        start: Change of the start.
-        goal: Change of the goal.
-        speed: How speeds changed.
         objects: How each object is passed, in the scene's order.
         stalled: Whether the adapted path goes on at speed 0 from some waypoint, so that its duration is none.
     """
@@ -282,13 +273,7 @@ _MANY_RANGES = 12
 
 @called_as("compare(before, after, scene)")
 def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
-    """Measure what changed from one trajectory to another.
-
-    Args:
-        original: The trajectory before, N waypoints.
-        adapted: The trajectory after, M waypoints.
-        scene: Gives the direction words and the objects.
-    """
+    """Measure what changed from one trajectory to another; the scene gives the direction words and the objects."""
     found = correspond(original.positions, adapted.positions)
     before = found.of_adapted(original.to_array())
     compared = found.old if found.method == "index" else found.old & ~adapted.dwells
@@ -352,7 +337,6 @@ def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChang
     """Turns and steps of both paths, and the kinks and jumps that only the adapted one has."""
     turns = [np.degrees(turning_angles(path, 0.02 * spacing(path))) for path in (original, adapted)]
     steps = [lengths(np.diff(path, axis=0)) for path in (original, adapted)]
-    at = [int(angles.argmax()) for angles in turns]
     longest = float(steps[0].max()) * max(1.0, len(original) / len(adapted))
     kinks = []
     for i in map(int, np.flatnonzero(turns[1] >= KINK)):
@@ -364,10 +348,10 @@ def _shape(original: Array, adapted: Array, found: Correspondence) -> ShapeChang
             kinks.append(Kink(i, float(turns[1][i]), usual))
     jumps = [Jump(int(i), float(steps[1][i]), longest) for i in np.flatnonzero(steps[1] > JUMP * longest + TOLERANCE)]
     return ShapeChange(
-        sharpest=Span(float(turns[0].max()), float(turns[1].max())),
-        sharpest_at=Span(*at),
+        sharpest=Span.of(np.max, *turns),
+        sharpest_at=Span(*(int(angles.argmax()) for angles in turns)),
         reversals=Span(*(int((angles > REVERSAL).sum()) for angles in turns)),
-        step=Span(float(steps[0].max()), float(steps[1].max())),
+        step=Span.of(np.max, *steps),
         kinks=tuple(kinks),
         jumps=tuple(jumps),
     )
@@ -410,29 +394,23 @@ def _speed_change(
     index = np.flatnonzero(compared)
     old, new = before[index], adapted.speeds[index]
     sign = np.where(np.abs(new - old) > TOLERANCE, np.sign(new - old), 0).astype(int)
-    changed = sign != 0
-    moving = old > TOLERANCE
-    ratios = new[moving] / old[moving]
+    changed, moving = sign != 0, old > TOLERANCE
+    ratios, where = new[moving] / old[moving], index[changed]
     own = original.speeds[~original.dwells] if len(original) != len(adapted) else original.speeds
-    cuts = np.flatnonzero(np.diff(sign)) + 1
-    parts = [part for part in np.split(np.arange(len(index)), cuts) if sign[part[0]]]
-    if len(parts) > _MANY_RANGES:
-        parts = [np.arange(parts[0][0], parts[-1][-1] + 1)]
     steps = Span(int(original.dwells.sum()), int(adapted.dwells.sum()))
-    where = index[changed]
     radii = {item.name: item.neighbourhood for item in objects}
     stopped = _stops(adapted, scene, radii)
     return SpeedChange(
-        mean=Span(float(own.mean()), float(new.mean())),
-        min=Span(float(own.min()), float(new.min())),
-        max=Span(float(own.max()), float(new.max())),
+        mean=Span.of(np.mean, own, new),
+        min=Span.of(np.min, own, new),
+        max=Span.of(np.max, own, new),
         ratio_min=float(ratios.min()) if len(ratios) else None,
         ratio_max=float(ratios.max()) if len(ratios) else None,
         count=len(where),
         everywhere=bool(changed.any() and changed[moving].all()),
         first=int(where[0]) if len(where) else None,
         last=int(where[-1]) if len(where) else None,
-        ranges=tuple(_speed_range(index[part], old[part], new[part], objects) for part in parts),
+        ranges=tuple(_speed_range(index[part], old[part], new[part], objects) for part in _one_way(sign)),
         stops=Span(len(_stops(original, scene, radii)), len(stopped)),
         stopped=stopped,
         dwell_steps=steps,
@@ -440,9 +418,16 @@ def _speed_change(
     )
 
 
+def _one_way(sign: NDArray[np.int_]) -> list[NDArray[np.intp]]:
+    """Unbroken stretches of one sign other than 0; one over all if there are very many."""
+    stretches = np.split(np.arange(len(sign)), np.flatnonzero(np.diff(sign)) + 1)
+    parts = [part for part in stretches if sign[part[0]]]
+    return parts if len(parts) <= _MANY_RANGES else [np.arange(parts[0][0], parts[-1][-1] + 1)]
+
+
 def _speed_range(index: NDArray[np.intp], old: Array, new: Array, objects: tuple[ObjectChange, ...]) -> SpeedRange:
     first, last = int(index[0]), int(index[-1])
-    return SpeedRange(first, last, Span(float(old.mean()), float(new.mean())), _near(first, last, objects))
+    return SpeedRange(first, last, Span.of(np.mean, old, new), _near(first, last, objects))
 
 
 def _near(first: int, last: int, objects: tuple[ObjectChange, ...]) -> tuple[str, ...]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from ovita.measure.changes import Changes, Insertion, ObjectChange, Span, SpeedChange, SpeedRange
+from ovita.measure.changes import REVERSAL, Changes, Insertion, Jump, Kink, ObjectChange, Span, SpeedChange, SpeedRange
 from ovita.text import counted, listed, number, the, waypoints
 
 _VISIBLE = 1e-3
@@ -23,25 +24,23 @@ def sentences(changes: Changes) -> list[str]:
     if changes.nothing_changed:
         return ["Nothing changed: the path and the speeds are exactly as before."]
     path, speed = _path(changes), [*_speeds(changes), *_stops(changes)]
-    told = [
-        *path,
-        *speed,
-        *_objects(changes),
-        *_duration(changes),
-        *_total("The path is", changes.length, "m", ("longer", "shorter")),
-    ]
+    told = [*path, *speed, *_objects(changes), *_duration(changes)]
+    told += _total("The path is", changes.length, "m", ("longer", "shorter"))
     put = bool(changes.removed or changes.added)
     if not path or (put and changes.displacement.max < _VISIBLE):
         told.append(_still(changes, "The rest of the path" if put else "The path"))
-    if path and not speed:
-        exact = "exactly" if changes.speed.count == 0 else "practically"
-        told.append(f"The speed along the path is {exact} as before.")
-    if changes.waypoints.change:
-        counts = changes.waypoints
-        told.append(f"The number of waypoints went from {int(counts.before)} to {int(counts.after)}.")
-    if not changes.orientations_unchanged:
-        told.append("The orientation along the path changed.")
-    return told
+    return told + _same_speed(changes, path, speed) + _counts(changes)
+
+
+def _same_speed(changes: Changes, path: list[str], speed: list[str]) -> list[str]:
+    exact = "exactly" if changes.speed.count == 0 else "practically"
+    return [f"The speed along the path is {exact} as before."] if path and not speed else []
+
+
+def _counts(changes: Changes) -> list[str]:
+    old, new = int(changes.waypoints.before), int(changes.waypoints.after)
+    told = [f"The number of waypoints went from {old} to {new}."] if old != new else []
+    return told if changes.orientations_unchanged else [*told, "The orientation along the path changed."]
 
 
 def moved_ends(changes: Changes, verb: str = "moved") -> list[str]:
@@ -56,10 +55,8 @@ def moved_ends(changes: Changes, verb: str = "moved") -> list[str]:
 def directions(words: Mapping[str, float]) -> str:
     """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; negligible parts are omitted."""
     least = max(_VISIBLE, 0.05 * max(words.values(), default=0.0))
-    parts = [
-        f"{number(v)} m {_PHRASES.get(k, k)}" for k, v in sorted(words.items(), key=lambda kv: -kv[1]) if v >= least
-    ]
-    return listed(parts)
+    ranked = sorted(words.items(), key=lambda item: -item[1])
+    return listed([f"{number(v)} m {_PHRASES.get(word, word)}" for word, v in ranked if v >= least])
 
 
 _PHRASES = {"front": "forward", "back": "backward"}
@@ -68,43 +65,46 @@ _PHRASES = {"front": "forward", "back": "backward"}
 def shape_warnings(changes: Changes) -> list[str]:
     """Say which kinks, reversals and jumps the adaptation brought; empty if the path stays as smooth as it was."""
     kinks, jumps = changes.shape.kinks, changes.shape.jumps
-    told = []
+    told = [_kink(kink) for kink in kinks]
     if len(kinks) > _MOST:
         sharpest = max(kink.degrees for kink in kinks)
-        told.append(f"The path now turns sharply at {len(kinks)} waypoints, by up to {sharpest:.0f} degrees.")
-    else:
-        for kink in kinks:
-            word = "turns back on itself" if kink.degrees > 150.0 else f"turns sharply, by {kink.degrees:.0f} degrees,"
-            told.append(
-                f"The path now {word} at waypoint {kink.waypoint + 1} ({kink.before:.0f} degrees there before)."
-            )
-    for jump in sorted(jumps, key=lambda j: -j.step)[:_MOST]:
-        where = f"waypoints {jump.waypoint + 1} and {jump.waypoint + 2}"
-        told.append(
-            f"The path jumps by {number(jump.step)} m between {where} (at most {number(jump.before)} m before)."
-        )
-    return told
+        told = [f"The path now turns sharply at {len(kinks)} waypoints, by up to {sharpest:.0f} degrees."]
+    return told + [_jump(jump) for jump in sorted(jumps, key=lambda j: -j.step)[:_MOST]]
+
+
+def _kink(kink: Kink) -> str:
+    word = "turns back on itself" if kink.degrees > REVERSAL else f"turns sharply, by {kink.degrees:.0f} degrees,"
+    return f"The path now {word} at waypoint {kink.waypoint + 1} ({kink.before:.0f} degrees there before)."
+
+
+def _jump(jump: Jump) -> str:
+    where = f"waypoints {jump.waypoint + 1} and {jump.waypoint + 2}"
+    return f"The path jumps by {number(jump.step)} m between {where} (at most {number(jump.before)} m before)."
 
 
 def _path(changes: Changes) -> list[str]:
     n, m = int(changes.waypoints.before), int(changes.waypoints.after)
-    leading, trailing = _cut(changes, 0), _cut(changes, n - 1)
     beyond = next((put for put in changes.added if put.last == m - 1), None)
-    told = [*_moved(changes, bool(leading), bool(trailing or beyond))]
-    if leading:
-        told.append(f"The first {_waypoints(leading)} taken out: the start moved {directions(changes.start.words)}.")
-    if trailing and beyond is None:
-        told.append(f"The last {_waypoints(trailing)} taken out: the goal moved {directions(changes.goal.words)}.")
+    leading, trailing = (_cut(changes, end) for end in (0, n - 1))
+    told = _moved(changes, bool(leading), bool(trailing or beyond))
+    ends = ("first", "start", leading, changes.start), ("last", "goal", 0 if beyond else trailing, changes.goal)
+    for side, name, count, end in ends:
+        if count:
+            told.append(f"The {side} {_waypoints(count)} taken out: the {name} moved {directions(end.words)}.")
     inner = [(a, b) for a, b in changes.removed[: _MOST + 2] if a > 0 and b < n - 1]
     told += [f"The old {waypoints(a, b)} {'was' if a == b else 'were'} taken out." for a, b in inner]
-    put = changes.added[: _MOST + 2]
-    if beyond is not None and changes.goal.shift >= _VISIBLE:
-        told.append(f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}.")
+    return told + _put_in(changes, beyond)
+
+
+def _put_in(changes: Changes, beyond: Insertion | None) -> list[str]:
+    put, told = changes.added[: _MOST + 2], []
+    if beyond and changes.goal.shift >= _VISIBLE:
+        told = [f"The path goes on beyond its old goal: the goal moved {directions(changes.goal.words)}."]
         put = tuple(each for each in put if each is not beyond)
-    return [*told, *(_put_in(each, each is beyond) for each in put)]
+    return told + [_insertion(each, each is beyond) for each in put]
 
 
-def _put_in(put: Insertion, at_the_end: bool) -> str:
+def _insertion(put: Insertion, at_the_end: bool) -> str:
     where = "after the old goal" if at_the_end else f"as {waypoints(put.first, put.last)}"
     off = f", up to {number(put.off)} m off the old path" if put.off >= _VISIBLE else " along the old path"
     return f"{_waypoints(put.last - put.first + 1).capitalize()} put in {where}{off}."
@@ -122,25 +122,25 @@ def _waypoints(count: int) -> str:
 def _moved(changes: Changes, cut: bool, grown: bool) -> list[str]:
     """How the corresponding waypoints moved, and the ends unless waypoints were removed or inserted there."""
     moved = changes.displacement
-    ends = [("start", changes.start, cut), ("goal", changes.goal, grown)]
-    shifted = [(name, end) for name, end, other in ends if end.shift >= _VISIBLE and not other]
+    ends = {"start": changes.start, "goal": changes.goal}
+    ends = {name: end for (name, end), other in zip(ends.items(), (cut, grown), strict=True) if not other}
+    shifted = [f"The {name} moved {directions(end.words)}." for name, end in ends.items() if end.shift >= _VISIBLE]
     if moved.max < _VISIBLE or moved.first is None or moved.last is None:
-        return [f"The {name} moved {directions(end.words)}." for name, end in shifted]
-    mean = sum(part**2 for part in moved.vector) ** 0.5
-    if moved.spread <= max(_VISIBLE, 0.01 * mean):
+        return shifted
+    if moved.spread <= max(_VISIBLE, 0.01 * math.hypot(*moved.vector)):
         return [f"The whole path moved {directions(moved.words)}."]
     where = "" if moved.last - moved.first + 1 == int(changes.waypoints.after) else _between(moved.first, moved.last)
-    told = [
+    told = (
         f"The path{where} moved by up to {number(moved.max)} m "
         f"(waypoint {moved.index + 1}: {directions(moved.max_words)}), "
         f"{number(moved.mean)} m on average over all waypoints."
-    ]
-    told += [f"The {name} moved {directions(end.words)}." for name, end in shifted]
-    still = [name for name, end, other in ends if end.shift < _VISIBLE and not other]
-    if still:
-        stays = "stay where they were" if len(still) == 2 else "stays where it was"
-        told.append(f"The {' and the '.join(still)} {stays}.")
-    return told
+    )
+    return [told, *shifted, *_stay([name for name, end in ends.items() if end.shift < _VISIBLE])]
+
+
+def _stay(ends: list[str]) -> list[str]:
+    stays = "stay where they were" if len(ends) == 2 else "stays where it was"
+    return [f"The {' and the '.join(ends)} {stays}."] if ends else []
 
 
 def _still(changes: Changes, what: str) -> str:
@@ -214,31 +214,32 @@ def _stops(changes: Changes) -> list[str]:
 
 
 def _objects(changes: Changes) -> list[str]:
-    told: list[str] = []
-    passed = []
-    for item in changes.objects:
-        if item.clearance.after <= 0 < item.clearance.before:
-            deep = f", {number(-item.clearance.after)} m deep" if item.clearance.after <= -_VISIBLE else ""
-            told.append(f"It now runs into {the(item.name)}{deep}.")
-        elif item.clearance.before <= 0 < item.clearance.after:
-            told.append(f"It no longer runs into {the(item.name)}; {number(item.clearance.after)} m are left.")
-        elif abs(_gap(item).change) >= _VISIBLE and _relative(_gap(item)) >= 0.02:
-            passed.append(item)
-    passed.sort(key=lambda item: -_relative(_gap(item)))
-    told += [_passes(item) for item in passed[:_MOST]]
-    rest = passed[_MOST:]
-    for word, closer in (("closer to", True), ("farther from", False)):
-        names = [the(item.name) for item in rest if (_gap(item).change < 0) == closer]
-        if names:
-            told.append(f"It also passes {word} {listed(names)}.")
+    told = [said for item in changes.objects if (said := _touched(item))]
+    gaps = {item.name: _gap(item) for item in changes.objects if not _touched(item)}
+    noticed = [name for name, gap in gaps.items() if abs(gap.change) >= _VISIBLE and _relative(gap) >= 0.02]
+    noticed.sort(key=lambda name: -_relative(gaps[name]))
+    sized = {item.name: item.clearance for item in changes.objects}
+    for name in noticed[:_MOST]:
+        gap, what = gaps[name], "surface" if gaps[name] is sized[name] else "centre"
+        way = f"{number(abs(gap.change))} m {_closer(gap)} {the(name)}"
+        told.append(f"It now passes {way} ({_span(gap, 'm')} to its {what}).")
+    for word in ("closer to", "farther from"):
+        names = [the(name) for name in noticed[_MOST:] if _closer(gaps[name]) == word]
+        told += [f"It also passes {word} {listed(names)}."] if names else []
     return told
 
 
-def _passes(item: ObjectChange) -> str:
-    gap = _gap(item)
-    what = "surface" if gap is item.clearance else "centre"
-    word = "closer to" if gap.change < 0 else "farther from"
-    return f"It now passes {number(abs(gap.change))} m {word} {the(item.name)} ({_span(gap, 'm')} to its {what})."
+def _touched(item: ObjectChange) -> str:
+    """What there is to say of an object that the path runs into, or did before."""
+    before, after = item.clearance.before, item.clearance.after
+    if after <= 0 < before:
+        deep = f", {number(-after)} m deep" if after <= -_VISIBLE else ""
+        return f"It now runs into {the(item.name)}{deep}."
+    return f"It no longer runs into {the(item.name)}; {number(after)} m are left." if before <= 0 < after else ""
+
+
+def _closer(gap: Span) -> str:
+    return "closer to" if gap.change < 0 else "farther from"
 
 
 def _gap(item: ObjectChange) -> Span:

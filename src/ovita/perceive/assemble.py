@@ -40,7 +40,6 @@ class Perceived:
         scene: The objects; `extra` of each says its shape and colour, on how many depth pixels (`points`) and views
             (`seen_by`) it rests, and how far the pixels are from its surface (`spread_mm`, the median). What they stand
             on is the last of them, of the kind "support".
-        support: The plane that things rest on, or None.
         notes: What a person should know, each a sentence.
         refused: What was found but not taken, each a sentence with the reason.
         missing: The person's names that nothing was given, each a sentence with the reason.
@@ -235,8 +234,7 @@ def _named(things: Sequence[_Thing], names: Sequence[str]) -> tuple[tuple[str, .
         missing = tuple(f"{name}: not found" for name in wanted if canonical(name) not in found)
         return distinct([thing.label or look.words for thing, look in zip(things, looks, strict=True)]), missing
     given, unplaced = assign(names, looks)
-    labels = [thing.label or given.get(i) or looks[i].words for i, thing in enumerate(things)]
-    return distinct(labels), unplaced
+    return distinct([given.get(i) or look.words for i, look in enumerate(looks)]), unplaced
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,12 +309,9 @@ class _Thing:
     def object(self, name: str, ground: _Ground) -> SceneObject:
         """As an object of a scene."""
         solid, look = self.solid.turned(ground.axes, ground.origin), self.look
-        extra: dict[str, object] = {"shape": look.shape}
-        if look.colour:
-            extra["colour"] = look.colour
+        extra: dict[str, object] = {"shape": look.shape, **({"colour": look.colour} if look.colour else {})}
         extra |= {"seen_by": len(self.views), "points": self.evidence.pixels}
-        if solid.regular:
-            extra["spread_mm"] = round(1000.0 * solid.spread, 1)
+        extra |= {"spread_mm": round(1000.0 * solid.spread, 1)} if solid.regular else {}
         flags = (("tilted", solid.tilted), ("cut", self.evidence.cut), ("partly_hidden", self.evidence.hidden > HIDDEN))
         extra |= {key: True for key, holds in flags if holds}
         center, size = np.round(solid.center, 4) + 0.0, np.round(solid.size, 4)
@@ -361,8 +356,7 @@ def _merged(known: list[_Thing], seen: list[_Thing], ground: _Ground) -> list[_T
     """Things of the views before with those of one more, the ones in the same place taken together."""
     left = list(known)
     for thing in seen:
-        same = [one for one in left if _same_place(one.solid, thing.solid)]
-        for one in same:
+        for one in [one for one in left if _same_place(one.solid, thing.solid)]:
             left.remove(one)
             thing = one.with_(thing, ground)
         left.append(thing)
@@ -381,7 +375,4 @@ def _settled(things: Sequence[_Thing], ground: _Ground) -> list[_Thing]:
 def _same_place(one: Solid, other: Solid) -> bool:
     """Whether one solid holds the centre of the other, and the other way round or nearly."""
     gap = other.center - one.center
-    return any(
-        bool((np.abs(turn.T @ gap) < 0.5 * size + 0.005).all())
-        for turn, size in ((one.rotation, one.size), (other.rotation, other.size))
-    )
+    return any(bool((np.abs(each.rotation.T @ gap) < 0.5 * each.size + 0.005).all()) for each in (one, other))

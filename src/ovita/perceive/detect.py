@@ -7,12 +7,11 @@ from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 import ovita.plugins as plugins
 from ovita.errors import RequestError, SceneError
 from ovita.paths.scene import Frame
-from ovita.perceive.segment import Segments, segment
+from ovita.perceive.segment import Labels, Segments, segment
 from ovita.perceive.view import Mask, View
 
 FEWEST = 60
@@ -89,7 +88,7 @@ def sighting(detector: Detector, view: View, names: Sequence[str], text: str) ->
     return Sighting(detector.find(view, names, text))
 
 
-def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
+def mask_of(found: Found, labels: Labels) -> Mask:
     """The pixels of a finding: its mask where it has one, else the cluster that its box holds best.
 
     `labels` are the cluster of each pixel (H, W), from 1; 0 for none.
@@ -101,17 +100,22 @@ def mask_of(found: Found, labels: NDArray[np.intp]) -> Mask:
     if found.mask is not None:
         return np.asarray(found.mask & (labels > 0)) if (found.mask & (labels > 0)).any() else found.mask
     assert found.box is not None
-    x0, y0, x1, y1 = np.round(found.box).astype(int)
-    inside = np.zeros(labels.shape, dtype=bool)
-    inside[max(y0, 0) : max(y1, 0), max(x0, 0) : max(x1, 0)] = True
-    count = labels.max() + 1
-    total = np.bincount(labels.ravel(), minlength=count)
-    held = np.bincount(labels[inside], minlength=count)
+    inside, total, held = counted_in(found.box, labels)
     share = held / np.maximum(total + inside.sum() - held, 1)
     share[(total == 0) | (held < 0.5 * total)] = 0.0
     share[0] = 0.0
     best = int(share.argmax())
     return np.asarray(labels == best) if share[best] > 0 else np.zeros(labels.shape, dtype=bool)
+
+
+def counted_in(box: Sequence[float], labels: Labels) -> tuple[Mask, Labels, Labels]:
+    """Which pixels (H, W) lie in a box, and how many pixels each cluster, from 0, has in all and in the box."""
+    high, wide = labels.shape
+    x0, y0, x1, y1 = np.clip(np.round(box), 0, (wide, high, wide, high)).astype(int)
+    inside = np.zeros(labels.shape, dtype=bool)
+    inside[y0:y1, x0:x1] = True
+    total, held = (np.bincount(labels[where].ravel(), minlength=int(labels.max()) + 1) for where in (..., inside))
+    return inside, total, held
 
 
 def clusters(parts: Segments) -> tuple[Found, ...]:
@@ -160,15 +164,16 @@ def detector_named(
     if kind != "vlm" and (base_url or boxes):
         raise RequestError("--base-url and --boxes go with a vlm: detector")
     up = Frame(frame) if isinstance(frame, str) else frame
-    if finder == "clusters":
-        return _masked(ClusterDetector(up), masks, name) if masks else None
+    found: Detector = ClusterDetector(up)
     if kind == "vlm" and model.strip():
         from ovita.perceive.vlm import VlmDetector
 
-        found: Detector = VlmDetector(model.strip(), base_url=base_url, boxes=boxes)
-    else:
+        found = VlmDetector(model.strip(), base_url=base_url, boxes=boxes)
+    elif finder != "clusters":
         found = _of_a_plugin(name, kind, model.strip(), up)
-    return _masked(found, masks, name) if masks else found
+    if masks:
+        return _masked(found, masks, name)
+    return None if finder == "clusters" else found
 
 
 def _of_a_plugin(name: str, kind: str, model: str, frame: Frame) -> Detector:

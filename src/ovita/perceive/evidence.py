@@ -43,7 +43,6 @@ class Evidence:
         rays: Their directions, unit vectors (E, 3).
         ray_noise: How far each may be off the outline (E,) [m].
         pixels: How many depth pixels there are in all.
-        views: How many views they come from.
         cut: Whether the border of a picture cuts the thing.
         hidden: Share of the outline that something nearer hides, 0..1.
     """

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import chain, count
 from typing import Any
 
 import numpy as np
@@ -58,11 +59,10 @@ def colour_of(pixels: Array) -> str:
         brightness = float(np.median(value))
         return "black" if brightness < DARK else "white" if brightness > BRIGHT else "grey"
     hue = _hue(rgb[hued], value[hued], chroma[hued])
-    votes = {
-        word: float(saturation[hued][((hue - start) % 360.0) < ((end - start) % 360.0)].sum())
-        for word, (start, end) in _words()["hues"].items()
-    }
-    return max(votes, key=lambda word: votes[word])
+    hues, weights = _words()["hues"], saturation[hued]
+    return max(
+        hues, key=lambda word: weights[(hue - hues[word][0]) % 360 < (hues[word][1] - hues[word][0]) % 360].sum()
+    )
 
 
 def _hue(rgb: Array, value: Array, chroma: Array) -> Array:
@@ -182,10 +182,7 @@ def distinct(names: Sequence[str], taken: Iterable[str] = ()) -> tuple[str, ...]
     used = set(map(canonical, taken))
     out = []
     for name in names:
-        unique, count = name, 1
-        while canonical(unique) in used:
-            count += 1
-            unique = f"{name} {count}"
-        used.add(canonical(unique))
-        out.append(unique)
+        numbered = chain([name], (f"{name} {number}" for number in count(2)))
+        out.append(next(one for one in numbered if canonical(one) not in used))
+        used.add(canonical(out[-1]))
     return tuple(out)

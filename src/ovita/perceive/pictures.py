@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, Literal
 from zipfile import BadZipFile
@@ -17,7 +18,7 @@ import numpy as np
 from ovita.errors import FormatError, RequestError, SceneError
 from ovita.io.cameras import decode_picture
 from ovita.io.clouds import CLOUDS, load_cloud
-from ovita.io.documents import brief, unknown_key, validated
+from ovita.io.documents import check_keys, validated
 from ovita.io.files import examine, file_name, is_address, is_bag, read_text, suffix
 from ovita.io.json_ import parse_object
 from ovita.paths.scene import matrix
@@ -79,8 +80,7 @@ def views_from(places: Sequence[str], camera: str | None = None) -> tuple[View, 
 
 def load_view(depth: str, rgb: str | None, camera: str) -> View:
     """A view from a depth picture, a colour picture or None, and a camera.json."""
-    raw = _read(depth)
-    colours = None if rgb is None else _read(rgb)
+    raw, colours = _read(depth), None if rgb is None else _read(rgb)
     return _view(raw, colours, load_camera(camera), depth, rgb or depth, camera)
 
 
@@ -95,21 +95,16 @@ def load_camera(path: str) -> CameraFile:
 
 def camera_from(document: Mapping[str, Any], file: str) -> CameraFile:
     """A camera from a parsed camera.json."""
-    given = dict(document)
-    for key in ("width", "height", "name", "frame"):
-        given.pop(key, None)
+    given = {key: value for key, value in document.items() if key not in ("width", "height", "name", "frame")}
     if "fx" in given:
         fx, fy, cx, cy = (validated(float, given.pop(key, None), file, key) for key in ("fx", "fy", "cx", "cy"))
         given["intrinsics"] = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
     if "position" in given or "orientation" in given:
         given["pose"] = _posed(given.pop("position", None), given.pop("orientation", None), file)
-    known = [item.name for item in fields(CameraFile)]
-    for key in given:
-        if key not in known:
-            raise FormatError(file, unknown_key(key, known), key=brief(key))
-    for key, remedy in _NEEDED.items():
-        if key not in given:
-            raise FormatError(file, f"has no {key}; give {remedy}")
+    check_keys(given, [item.name for item in fields(CameraFile)], file)
+    missing = next((key for key in _NEEDED if key not in given), "")
+    if missing:
+        raise FormatError(file, f"has no {missing}; give {_NEEDED[missing]}")
     camera = validated(CameraFile, given, file)
     if camera.depth_scale is not None and not 0.0 < camera.depth_scale < np.inf:
         raise FormatError(file, "must be above 0: metres a unit of the depth picture", key="depth_scale")
@@ -129,8 +124,7 @@ def _posed(position: Any, orientation: Any, file: str) -> list[list[float]]:
         raise FormatError(file, "must be a unit quaternion w, x, y, z", key="orientation")
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = matrix(turn / np.linalg.norm(turn)), place
-    rows: list[list[float]] = pose.tolist()
-    return rows
+    return [list(row) for row in pose.tolist()]
 
 
 def _view(raw: Array, colours: Any, camera: CameraFile, depth: str, rgb: str, where: str) -> View:
@@ -177,9 +171,8 @@ def _folder(place: str, camera: str | None) -> View:
 
 def _only(place: str, what: str, stems: Sequence[str]) -> str | None:
     """The one picture in a folder with one of these names, or None."""
-    files = [
-        name for name in sorted(os.listdir(place)) if Path(name).stem.lower() in stems and suffix(name) in PICTURES
-    ]
+    pictures = [name for name in sorted(os.listdir(place)) if suffix(name) in PICTURES]
+    files = [name for name in pictures if Path(name).stem.lower() in stems]
     if len(files) > 1:
         raise FormatError(file_name(place), f"has several {what} pictures: {', '.join(files)}; keep one")
     return os.path.join(place, files[0]) if files else None
@@ -199,12 +192,8 @@ def _archive(place: str, camera: str | None) -> View:
     if camera is not None and "pose" not in held:
         return _view(held["depth"], held.get("rgb"), load_camera(camera), place, place, camera)
     keys = ("intrinsics", "pose", "depth_scale")
-    return _view(
-        held["depth"],
-        held.get("rgb"),
-        camera_from({key: held[key].tolist() for key in keys if key in held}, file),
-        *(place, place, place),
-    )
+    own = camera_from({key: held[key].tolist() for key in keys if key in held}, file)
+    return _view(held["depth"], held.get("rgb"), own, place, place, place)
 
 
 def _loose(pictures: Sequence[str], camera: str | None) -> View:
@@ -214,19 +203,25 @@ def _loose(pictures: Sequence[str], camera: str | None) -> View:
         raise FormatError(file_name(pictures[0]), "needs its camera; name it: --camera camera.json")
     if len(pictures) > 2:
         raise FormatError(file_name(pictures[2]), "is a third picture; give one depth and one colour picture a view")
-    read = [(path, _read(path)) for path in pictures]
-    depths = [(path, one) for path, one in read if one.ndim == 2 and one.dtype != np.uint8]
-    colours = [(path, one) for path, one in read if one.ndim == 3]
-    if len(depths) != 1 or len(depths) + len(colours) != len(read):
-        seen = ", ".join(f"{file_name(path)} is {_described(one)}" for path, one in read)
+    read = {path: _read(path) for path in pictures}
+    kinds = {path: _kind_of(one) for path, one in read.items()}
+    if sorted(kinds.values()) not in (["depth"], ["colour", "depth"]):
+        seen = ", ".join(f"{file_name(path)} is {_described(one)}" for path, one in read.items())
         raise FormatError(file_name(pictures[0]), f"one depth picture (16-bit or NPY) is needed; {seen}")
-    rgb, colour = colours[0] if colours else (depths[0][0], None)
-    return _view(depths[0][1], colour, load_camera(camera), depths[0][0], rgb, camera)
+    depth, *rgb = sorted(kinds, key=lambda path: kinds[path] != "depth")
+    colour = read[rgb[0]] if rgb else None
+    return _view(read[depth], colour, load_camera(camera), depth, rgb[0] if rgb else depth, camera)
+
+
+def _kind_of(picture: Array) -> str:
+    if picture.ndim not in (2, 3):
+        return ""
+    return "colour" if picture.ndim == 3 else "depth" if picture.dtype != np.uint8 else "8-bit grey"
 
 
 def _described(picture: Array) -> str:
-    kind = "colour" if picture.ndim == 3 else "depth" if picture.dtype != np.uint8 else "8-bit grey"
-    return f"{kind} of {picture.shape[1]}x{picture.shape[0]} pixels" if picture.ndim in (2, 3) else "no picture"
+    kind = _kind_of(picture)
+    return f"{kind} of {picture.shape[1]}x{picture.shape[0]} pixels" if kind else "no picture"
 
 
 def _read(path: str) -> Any:
@@ -265,20 +260,20 @@ def gathered(places: Sequence[str], *, camera: str | None = None, choices: Recor
         MissingExtra: If a package is not installed.
     """
     choices = choices or RecordingChoices()
-    kinds: dict[str, list[str]] = {"recording": [], "cloud": [], "picture": []}
-    for place in places:
-        kinds[_kind(place)].append(place)
-    recorded = [(read_live if is_address(place) else read_recording)(place, choices) for place in kinds["recording"]]
-    clouds = [load_cloud(place) for place in kinds["cloud"]]
+    recordings, clouds, pictures = (
+        [p for p in places if _kind(p) == kind] for kind in ("recording", "cloud", "picture")
+    )
+    recorded = [(read_live if is_address(place) else read_recording)(place, choices) for place in recordings]
+    read = tuple(map(load_cloud, clouds))
     if choices.options and not recorded:
         raise RequestError(f"{listed(choices.options)}: for a bag or a live camera; there is none among the pictures")
-    if camera is not None and not kinds["picture"]:
+    if camera is not None and not pictures:
         raise RequestError("--camera goes with pictures; a recording holds its own, and --pose says where it stood")
-    views = [*views_from(kinds["picture"], camera), *(view for one in recorded for view in one.views)]
-    clouds += [cloud for one in recorded for cloud in one.clouds]
-    if views and clouds:
+    parts = [Recorded(views_from(pictures, camera), read), *recorded]
+    found = Recorded(*(tuple(chain.from_iterable(getattr(p, item.name) for p in parts)) for item in fields(Recorded)))
+    if found.views and found.clouds:
         raise RequestError("pictures and point clouds cannot be looked at together; make a scene of one, --update it")
-    return Recorded(tuple(views), tuple(clouds), tuple(dict.fromkeys(n for one in recorded for n in one.notes)))
+    return replace(found, notes=tuple(dict.fromkeys(found.notes)))
 
 
 def is_view(path: str) -> bool:

@@ -13,7 +13,7 @@ from ovita.errors import needs
 from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.perceive.assemble import perceive
-from ovita.perceive.detect import Found
+from ovita.perceive.detect import Found, counted_in
 from ovita.perceive.segment import Labels, segment
 from ovita.perceive.view import Mask, Picture, View
 
@@ -44,12 +44,7 @@ def pixels_in(box: Rectangle, labels: Labels) -> Mask:
     All clusters that lie in it but for a rest; where none does, what it cuts out of the one that it shows most of, so
     that things that touch can be parted.
     """
-    high, wide = labels.shape
-    x0, y0, x1, y1 = np.clip(np.round(box), 0, (wide, high, wide, high)).astype(int)
-    inside = np.zeros(labels.shape, dtype=bool)
-    inside[y0:y1, x0:x1] = True
-    count = int(labels.max()) + 1
-    total, held = (np.bincount(labels[where].ravel(), minlength=count) for where in (..., inside))
+    inside, total, held = counted_in(box, labels)
     total[0] = held[0] = 0
     whole = held > WHOLE * np.maximum(total, 1)
     if whole.any():

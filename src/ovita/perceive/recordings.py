@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
 
@@ -36,7 +36,7 @@ from ovita.io.links import Address
 from ovita.io.messages import TopicMessage, stamp_ns
 from ovita.io.ros2 import capture
 from ovita.paths.trajectory import Array
-from ovita.perceive.view import View
+from ovita.perceive.view import View, landing
 
 StreamKind = Literal["depth", "colour", "grey", "cloud", "info", "tf"]
 
@@ -121,36 +121,39 @@ class _Reader:
 
     def nearest(self, stream: _Topic, at: int | None) -> Any:
         """The message of a stream that is nearest to a time on the recorder's clock [ns], or the last."""
-        best: tuple[int, bytes] | None = None
-        for _, stamp, raw in self.bag.messages(connections=[stream.connection]):
-            off = 0 if at is None else abs(stamp - at)
-            if best is not None and off > best[0]:
-                break
-            best = off, raw
+        stamped = ((stamp, raw) for _, stamp, raw in self.bag.messages(connections=[stream.connection]))
+        best = _nearest((0 if at is None else abs(stamp - at), raw) for stamp, raw in stamped)
         if best is None:
             raise FormatError(self.file, f"there is no message on {stream.topic}; the recording may have been cut off")
         return self.bag.deserialize(best[1], stream.type)
 
     def near_stamp(self, stream: _Topic, stamp: int) -> Any:
         """The message of a stream whose own time is nearest to another's [ns], or None if it is not of that moment."""
-        best: tuple[int, Any] | None = None
-        for _, _, raw in self.bag.messages(connections=[stream.connection]):
-            message = self.bag.deserialize(raw, stream.type)
-            off = abs(stamp_ns(message.header.stamp) - stamp)
-            if best is not None and off > best[0]:
-                break
-            best = off, message
+        messages = self._messages(stream)
+        best = _nearest((abs(stamp_ns(message.header.stamp) - stamp), message) for message in messages)
         return None if best is None or best[0] > TOGETHER else best[1]
 
     def transforms(self, wanted: int) -> Transforms:
         """Every transform of the recording as it was at a time."""
         tree = Transforms(wanted)
-        for stream in self.streams.values():
-            if stream.kind == "tf":
-                for _, _, raw in self.bag.messages(connections=[stream.connection]):
-                    message = self.bag.deserialize(raw, stream.type)
-                    tree.add(message.transforms, fixed=stream.topic.endswith("tf_static"))
+        for stream in [one for one in self.streams.values() if one.kind == "tf"]:
+            for message in self._messages(stream):
+                tree.add(message.transforms, fixed=stream.topic.endswith("tf_static"))
         return tree
+
+    def _messages(self, stream: _Topic) -> Iterator[Any]:
+        raws = (raw for _, _, raw in self.bag.messages(connections=[stream.connection]))
+        return (self.bag.deserialize(raw, stream.type) for raw in raws)
+
+
+def _nearest(messages: Iterable[tuple[int, Any]]) -> tuple[int, Any] | None:
+    """Of messages in the order of their times, each with how far off it is, the last before they get farther off."""
+    best: tuple[int, Any] | None = None
+    for off, message in messages:
+        if best is not None and off > best[0]:
+            break
+        best = off, message
+    return best
 
 
 def read_recording(path: str | os.PathLike[str], choices: RecordingChoices | None = None) -> Recorded:
@@ -172,25 +175,20 @@ def _recorded(bag: Any, file: str, choices: RecordingChoices) -> Recorded:
     streams = {one.topic: _Topic(one.topic, one.msgtype, kind, one) for one, kind in kinds if kind is not None}
     reader = _Reader(bag, file, streams)
     depth = None if choices.cloud else _chosen(reader, ("depth",), choices.depth, "--depth")
-    times = _times(bag, file, choices.at) or [None]
+    times, found = _times(bag, file, choices.at) or [None], Recorded()
     if depth is not None:
         colour = _chosen(reader, ("colour", "grey"), choices.rgb, "--rgb")
-        views = [_view(reader, depth, colour, at, choices) for at in times]
-        return Recorded(tuple(views), (), tuple(dict.fromkeys(reader.notes)))
-    cloud = _chosen(reader, ("cloud",), choices.cloud, "--cloud")
-    if cloud is None:
+        found = Recorded(views=tuple(_view(reader, depth, colour, at, choices) for at in times))
+    elif cloud := _chosen(reader, ("cloud",), choices.cloud, "--cloud"):
+        found = Recorded(clouds=tuple(_cloud(reader, cloud, at, choices) for at in times))
+    else:
         there = listing(sorted({c.topic for c in bag.connections}))
         raise FormatError(reader.file, f"no topic holds depth pictures or a point cloud; its topics are {there}")
-    clouds = [_cloud(reader, cloud, at, choices) for at in times]
-    return Recorded((), tuple(clouds), tuple(dict.fromkeys(reader.notes)))
+    return replace(found, notes=tuple(dict.fromkeys(reader.notes)))
 
 
 def _times(bag: Any, file: str, seconds: Sequence[float]) -> list[int | None]:
-    """Times from the start of a recording on its recorder's clock [ns].
-
-    Raises:
-        FormatError: If one lies outside of the recording.
-    """
+    """Times from the start of a recording on its recorder's clock [ns]."""
     lasts = (bag.end_time - bag.start_time) / 1e9 if seconds else 0.0
     for at in seconds:
         if not 0.0 <= at <= lasts:
@@ -394,15 +392,14 @@ def _colours(
     theirs, size = named(message.header.frame_id), (picture.shape[1], picture.shape[0])
     if picture.shape[:2] == distances.shape and theirs == own:
         return picture
-    link = tree.between(own, theirs)
+    link, alike = tree.between(own, theirs), picture.shape[:2] == distances.shape
     if link is None:
-        if picture.shape[:2] == distances.shape:
-            reader.notes.append(
-                f"nothing connects {theirs!r} and {own!r}; picture and depth are taken to be registered"
-            )
-            return picture
-        reader.notes.append(f"nothing connects {theirs!r} and {own!r}, and their sizes differ; colours are left out")
-        return None
+        registered, differ = (
+            "; picture and depth are taken to be registered",
+            ", and their sizes differ; colours are left out",
+        )
+        reader.notes.append(f"nothing connects {theirs!r} and {own!r}{registered if alike else differ}")
+        return picture if alike else None
     reader.notes.append(f"the colours of {colour.topic} were carried over to the depth camera's pixels")
     return carried_over(picture, _camera(reader, colour, size), distances, model, link[0])
 
@@ -412,16 +409,13 @@ def carried_over(picture: Colours, theirs: CameraModel, depth: Array, own: Camer
 
     `link` is the pose (4, 4) of the depth camera in the other one's frame.
     """
-    rows, columns = np.indices(depth.shape, dtype=float)
-    rays = np.stack([columns, rows, np.ones(depth.shape)], axis=-1) @ np.linalg.inv(own.intrinsics).T
+    high, wide = np.indices(depth.shape, dtype=float)
+    rays = np.stack([wide, high, np.ones(depth.shape)], axis=-1) @ np.linalg.inv(own.intrinsics).T
     points = (rays * depth[..., None]) @ link[:3, :3].T + link[:3, 3]
     ahead = np.where(points[..., 2] > 1e-6, points[..., 2], np.nan)
     pixels = (points @ theirs.intrinsics.T)[..., :2] / ahead[..., None]
-    wide, high = theirs.size
-    inside = np.isfinite(pixels).all(axis=-1)
-    u, v = np.round(np.where(inside[..., None], pixels, -1)).astype(int).transpose(2, 0, 1)
-    inside &= (u >= 0) & (u < wide) & (v >= 0) & (v < high)
-    return np.where(inside[..., None], picture[np.where(inside, v, 0), np.where(inside, u, 0)], 0).astype(np.uint8)
+    inside, rows, columns = landing(pixels, theirs.size[::-1])
+    return np.where(inside[..., None], picture[rows, columns], 0).astype(np.uint8)
 
 
 def _cloud(reader: _Reader, stream: _Topic, at: int | None, choices: RecordingChoices) -> PointCloud:

@@ -81,7 +81,6 @@ class Footing:
 
     Args:
         rim: Corners of the convex hull of its pixels (K, 3) [m].
-        pixels: How many there are.
         cut: Whether the border of a picture cuts it.
     """
 
@@ -120,8 +119,6 @@ class Segments:
         labels: Cluster of each pixel (H, W), from 1; 0 for none.
         depth: Smoothed depth without flying pixels (H, W) [m].
         noise: Standard deviation of the measured depth at each pixel (H, W) [m].
-        support: The plane that things rest on, or None.
-        footing: Where the support was seen, or None.
         beyond: How many clusters were left out since they stand beside the support.
         backdrops: How many were left out since they are walls.
     """
@@ -349,10 +346,14 @@ def _components(depth: Array, standing: Mask, jump: Array) -> Labels:
     rows, columns = (np.concatenate(ends) for ends in zip(*joined, strict=True))
     count = int(index[-1, -1]) + 1
     labels = np.zeros(depth.shape, dtype=np.intp)
-    if count:
-        graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(count, count))
-        labels[standing] = connected_components(graph, directed=False)[1] + 1
+    labels[standing] = connected(count, rows, columns) + 1
     return labels
+
+
+def connected(count: int, rows: Labels, columns: Labels) -> Labels:
+    """Number of the part of a graph (count,) that each of its nodes belongs to, by the ends of its links."""
+    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1] if count else [], dtype=np.intp)
 
 
 THICKNESS = {"table": 0.03, "floor": 0.1}
@@ -380,17 +381,14 @@ def support_object(plane: Plane, up: Array, footings: Sequence[Footing]) -> Scen
         return None
     rim = np.concatenate([one.rim for one in footings])
     middle, size, turn = _rectangle(rim, plane.normal)
-    if plane.normal @ up > LEVEL:
-        turn = _axes(turn[:, 0], up)
-        middle = middle + (plane.offset - middle @ plane.normal) / (plane.normal @ up) * up
-    else:
-        middle = middle + (plane.offset - middle @ plane.normal) * plane.normal
+    away = up if plane.normal @ up > LEVEL else plane.normal
+    turn = _axes(turn[:, 0], away)
+    middle = middle - plane.heights(middle) / (plane.normal @ away) * away
     name = name_of(float(middle @ up), float(size.max()))
     thick = THICKNESS[name]
     extra: dict[str, object] = {"kind": SUPPORT, "shape": "box", "seen_by": len(footings)}
     extra |= {"points": sum(one.pixels for one in footings), "assumed": "thickness"}
-    if any(one.cut for one in footings):
-        extra["cut"] = True
+    extra |= {"cut": True} if any(one.cut for one in footings) else {}
     center = np.round(middle - 0.5 * thick * turn[:, 2], 4) + 0.0
     return SceneObject(name, center, np.round([*size, thick], 4), quaternion(turn), extra)
 
@@ -436,14 +434,14 @@ def _axes(along: Array, up: Array) -> Array:
 def description(scene: Scene) -> str:
     """One sentence on what a scene holds, from its objects alone; "" for none."""
     things = [item.name for item in scene if not is_support(item)]
-    supports = [item for item in scene if is_support(item)]
+    support = next((item for item in scene if is_support(item)), None)
     if not things:
         return ""
     there = f"Seen by a camera: {listed(things)}"
-    if not supports:
+    if support is None:
         return f"{there}."
-    height = float(top_of(supports[0]) @ scene.frame.direction("up"))
-    return f"{there}, on the {supports[0].name}, whose upper side is at height {height:.3f} m."
+    height = float(top_of(support) @ scene.frame.direction("up"))
+    return f"{there}, on the {support.name}, whose upper side is at height {height:.3f} m."
 
 
 def with_objects(scene: Scene, objects: Sequence[SceneObject]) -> Scene:

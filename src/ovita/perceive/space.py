@@ -7,13 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from ovita.io.clouds import PointCloud
 from ovita.paths.trajectory import Array
 from ovita.perceive.evidence import POINTS, Evidence
-from ovita.perceive.segment import SEED, Footing, Plane, support_of
+from ovita.perceive.segment import SEED, Footing, Plane, connected, support_of
 
 CELL = 0.012
 """Points in touching cells of this edge belong together, so that things need a gap of one to two cells [m]."""
@@ -62,38 +60,33 @@ def taken_apart(
     """
     points = np.concatenate([cloud.points for cloud in clouds])
     known = [cloud.colours for cloud in clouds if cloud.colours is not None]
-    colours = np.concatenate(known) if len(known) == len(clouds) else None
+    colours = np.concatenate(known) if len(known) == len(clouds) else np.zeros((len(points), 0), dtype=np.uint8)
     if len(points) > MOST:
         some = np.random.default_rng(SEED).choice(len(points), MOST, replace=False)
-        points, colours = points[some], None if colours is None else colours[some]
+        points, colours = points[some], colours[some]
     if plane is None and find_plane:
         plane = support_of(points, np.full(len(points), NOISE), up)
     heights = np.full(len(points), np.inf) if plane is None else plane.heights(points)
-    standing = heights > LOWEST
     on = points[np.abs(heights) < LOWEST]
     footing = None if plane is None else Footing.of(on, plane, len(on))
-    clusters, large = _clusters(points, colours, np.flatnonzero(standing), fewest)
+    clusters, large = _clusters(points, colours, np.flatnonzero(heights > LOWEST), fewest)
     return SpaceSegments(clusters, plane, footing, large)
 
 
 def _clusters(
-    points: Array, colours: NDArray[np.uint8] | None, place: NDArray[np.intp], fewest: int
+    points: Array, colours: NDArray[np.uint8], place: NDArray[np.intp], fewest: int
 ) -> tuple[tuple[SpaceCluster, ...], int]:
     """The clusters of the points at some places, largest first, and how many were left out for their size."""
     owner = joined_cells(points[place])
     sizes = np.bincount(owner)
-    found: list[SpaceCluster] = []
-    large = 0
-    for number in np.argsort(-sizes, kind="stable"):
-        if sizes[number] < fewest:
-            break
-        mine = place[owner == number]
-        if np.ptp(points[mine], axis=0).max() > LARGEST:
-            large += 1
-            continue
-        hues = np.zeros((0, 3)) if colours is None else colours[mine][:: max(1, len(mine) // COLOURS)]
-        found.append(SpaceCluster(_evidence(points[mine]), np.asarray(hues, dtype=float)))
-    return tuple(found), large
+    order = [number for number in np.argsort(-sizes, kind="stable") if sizes[number] >= fewest]
+    found = [place[owner == number] for number in order]
+    small = [mine for mine in found if np.ptp(points[mine], axis=0).max() <= LARGEST]
+    hues = [np.asarray(colours[mine][:: max(1, len(mine) // COLOURS)], dtype=float) for mine in small]
+    parts = zip(small, hues, strict=True)
+    return tuple(SpaceCluster(_evidence(points[mine]), hue.reshape(-1, 3)) for mine, hue in parts), len(found) - len(
+        small
+    )
 
 
 def _evidence(points: Array) -> Evidence:
@@ -117,9 +110,7 @@ def joined_cells(points: Array) -> NDArray[np.intp]:
         at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
         there = np.flatnonzero(keys[at] == wanted)
         ends.append(np.stack([there, at[there]]))
-    rows, columns = np.concatenate(ends, axis=1)
-    graph = coo_matrix((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(len(cells), len(cells)))
-    return np.asarray(connected_components(graph, directed=False)[1][owner.ravel()], dtype=np.intp)
+    return connected(len(cells), *np.concatenate(ends, axis=1))[owner.ravel()]
 
 
 _AHEAD = [(dx, dy, dz) for dx in (0, 1) for dy in (-1, 0, 1) for dz in (-1, 0, 1) if (dx, dy, dz) > (0, 0, 0)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -11,11 +12,12 @@ from scipy.optimize import linear_sum_assignment
 from ovita.limits import ConstraintCheck
 from ovita.limits.problem import is_support, top_of
 from ovita.limits.verify import verify
+from ovita.paths.geometry import dots
 from ovita.paths.scene import Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 from ovita.perceive.looks import distinct
 from ovita.perceive.segment import description, with_objects
-from ovita.perceive.view import View
+from ovita.perceive.view import View, landing
 from ovita.result import Adaptation, Postcondition
 from ovita.text import length, listed, the
 from ovita.toolkit import judge
@@ -73,8 +75,6 @@ class SceneUpdate:
 
     Args:
         scene: The objects as they are now, under the names that they had; what was not in sight stays.
-        matches: What was found again.
-        new: What was not there before.
         gone: What is not where it was, though the cameras see the place.
         unseen: What the cameras cannot see now, or was not perceived in the first place; it stays as it was.
     """
@@ -147,7 +147,7 @@ def _assigned(old: Sequence[SceneObject], new: Sequence[SceneObject]) -> list[tu
 def _unlikeness(old: SceneObject, new: SceneObject) -> float:
     """How little two objects are alike: `UNLIKE` and more for different things."""
     if is_support(old) or is_support(new):
-        return 0.0 if is_support(old) and is_support(new) and _same_level(old, new) else 10.0 * UNLIKE
+        return 0.0 if _same_level(old, new) else 10.0 * UNLIKE
     away, unlike = float(np.linalg.norm(new.position - old.position)), _sizes_differ(old, new)
     named = canonical(new.name) in {canonical(old.name), canonical(str(old.extra.get(LABEL, "")))}
     there = old.cuboid.signed(new.position[None])[0][0] < STILL
@@ -160,8 +160,7 @@ def _unlikeness(old: SceneObject, new: SceneObject) -> float:
 
 def _sizes_differ(old: SceneObject, new: SceneObject) -> float:
     """Mean logarithm of the ratio of their edges, longest to longest."""
-    edges = np.sort(np.maximum(old.size, 1e-3)), np.sort(np.maximum(new.size, 1e-3))
-    return float(np.abs(np.log(edges[1] / edges[0])).mean())
+    return float(np.abs(np.diff(np.log(np.sort(np.maximum([old.size, new.size], 1e-3))), axis=0)).mean())
 
 
 def _differ(old: SceneObject, new: SceneObject, key: str) -> bool:
@@ -170,7 +169,9 @@ def _differ(old: SceneObject, new: SceneObject, key: str) -> bool:
 
 
 def _same_level(old: SceneObject, new: SceneObject) -> bool:
-    """Whether two supports are at one height, and one of them reaches over the other."""
+    """Whether two things are supports at one height, and one of them reaches over the other."""
+    if not (is_support(old) and is_support(new)):
+        return False
     up, gap = old.rotation[:, 2], top_of(new) - top_of(old)
     level = gap - (gap @ up) * up
     return bool(abs(gap @ up) < 2.0 * STILL and np.linalg.norm(level) < 0.5 * (max(old.size) + max(new.size)))
@@ -203,18 +204,12 @@ def sees_through(views: Sequence[View], item: SceneObject) -> bool:
 def _share_behind(view: View, item: SceneObject) -> float:
     """Share of the surface that an object would show a view and that the view sees through, 0..1."""
     local = _FACES * item.size / 2.0
-    facing = (
-        np.einsum("ij,ij->i", _NORMALS @ item.rotation.T, view.center - item.position - local @ item.rotation.T) > 0
-    )
-    points = local[facing] @ item.rotation.T + item.position
-    pixels = view.project(points)
-    known = np.asarray(np.isfinite(pixels).all(axis=1))
-    columns, rows = np.round(np.where(known[:, None], pixels, -1.0)).astype(int).T
-    known &= (rows >= 0) & (rows < view.shape[0]) & (columns >= 0) & (columns < view.shape[1])
+    points = local @ item.rotation.T + item.position
+    points = points[dots(_NORMALS @ item.rotation.T, view.center - points) > 0]
+    known, rows, columns = landing(view.project(points), view.shape)
     away = (points - view.center) @ view.pose[:3, 2]
-    measured = view.depth[np.where(known, rows, 0), np.where(known, columns, 0)]
     with np.errstate(invalid="ignore"):
-        through = known & (measured > away + BEHIND + BEHIND_FAR * away**2)
+        through = known & (view.depth[rows, columns] > away + BEHIND + BEHIND_FAR * away**2)
     return float(through.mean()) if len(through) else 0.0
 
 
@@ -272,21 +267,19 @@ class PathImpact:
             if new is not None and (old is None or abs(new - old) > 1e-3):
                 was = "" if old is None else f", it was {length(old)}"
                 said.append(f"Clearance to {the(name)} is {length(new)}{was}.")
-        verdict = (
-            "The path still holds." if self.holds else "The path no longer holds; adapt it again with the new scene."
-        )
-        return [verdict, *said]
+        broken = "The path no longer holds; adapt it again with the new scene."
+        return ["The path still holds." if self.holds else broken, *said]
 
 
 def impact(result: Adaptation, scene: Scene) -> PathImpact:
     """Judge an adapted path in another scene by the limits and promises of its adaptation; nothing is solved again."""
     scene = scene.in_frame(result.scene.frame)
-    before, now = (_checks(result, place) for place in (result.scene, scene))
-    broke = {(check.name, check.subject) for check in before if not check.held}
-    broken = tuple(check for check in now if not check.held and (check.name, check.subject) not in broke)
-    kept = [promise for promise in result.postconditions if promise.held and promise.kind]
-    lost = tuple(promise for promise in (_again(result, one, scene) for one in kept) if not promise.held)
-    return PathImpact(broken, lost, _clearances(result, scene))
+    broke, broken = _broken_limits(result, result.scene), _broken_limits(result, scene)
+    kept = [_again(result, promise, scene) for promise in result.postconditions if promise.held and promise.kind]
+    lost = tuple(promise for promise in kept if not promise.held)
+    return PathImpact(
+        tuple(check for key, check in broken.items() if key not in broke), lost, _clearances(result, scene)
+    )
 
 
 def _broken(check: ConstraintCheck) -> str:
@@ -295,17 +288,12 @@ def _broken(check: ConstraintCheck) -> str:
     return f"The limit {check.name}{subject}, {check.limit}, is broken by {amount}."
 
 
-def _checks(result: Adaptation, scene: Scene) -> tuple[ConstraintCheck, ...]:
+def _broken_limits(result: Adaptation, scene: Scene) -> dict[tuple[str, str], ConstraintCheck]:
+    """The limits that an adapted path breaks in a scene, by name and subject."""
     contacts = [name for name in result.contacts if name in scene]
-    return verify(
-        result.adapted,
-        scene,
-        result.robot,
-        proposed=result.adapted,
-        original=result.original,
-        contacts=contacts,
-        options=result.options,
-    )
+    compared: dict[str, Any] = {"proposed": result.adapted, "original": result.original, "contacts": contacts}
+    checks = verify(result.adapted, scene, result.robot, **compared, options=result.options)
+    return {(check.name, check.subject): check for check in checks if not check.held}
 
 
 def _again(result: Adaptation, promise: Postcondition, scene: Scene) -> Postcondition:

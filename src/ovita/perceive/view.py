@@ -114,6 +114,14 @@ class View:
         return np.asarray((local @ self.intrinsics.T)[:, :2] / ahead)
 
 
+def landing(pixels: Array, shape: tuple[int, int]) -> tuple[Mask, NDArray[np.intp], NDArray[np.intp]]:
+    """Which pixels (..., 2), as column and row, lie in a picture, and the row and column of each; 0, 0 for others."""
+    known = np.asarray(np.isfinite(pixels).all(axis=-1))
+    columns, rows = np.moveaxis(np.round(np.where(known[..., None], pixels, -1.0)).astype(np.intp), -1, 0)
+    known &= (rows >= 0) & (rows < shape[0]) & (columns >= 0) & (columns < shape[1])
+    return known, np.where(known, rows, 0), np.where(known, columns, 0)
+
+
 def _numbers(key: str, value: Any, shape: tuple[int, ...]) -> Array:
     try:
         array = np.array(value, dtype=np.float64)

@@ -283,12 +283,12 @@ _KEYS = ("box_2d", "bbox_2d", "box", "bbox")
 
 
 def _box_of(entry: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
-    found = next((key for key in _KEYS if isinstance(entry.get(key), list)), None)
-    if found is None:
-        return None
-    values = entry[found]
-    nested = len(values) == 1 and isinstance(values[0], list)
-    return found, values[0] if nested else values
+    for key in _KEYS:
+        values = entry.get(key)
+        if isinstance(values, list):
+            nested = len(values) == 1 and isinstance(values[0], list)
+            return key, values[0] if nested else values
+    return None
 
 
 def _text(value: object) -> str:
@@ -339,13 +339,14 @@ def _unit(
     entries: Sequence[Mapping[str, Any]], picture: _Picture, convention: BoxConvention
 ) -> tuple[Unit, tuple[str, ...]]:
     """The unit in which a reply's boxes are, which is not always the one that was asked for."""
-    boxes = [box[1] for entry in entries if (box := _box_of(entry)) is not None and _numbers(box[1])]
-    largest = max((max(box) for box in boxes), default=0.0)
+    given = [box[1] for entry in entries if (box := _box_of(entry)) is not None and _numbers(box[1])]
+    boxes = np.array(given, dtype=float).reshape(-1, 2)  # corners
+    largest = float(boxes.max(initial=0.0))
     if convention.unit == "fractions" and largest > 1.0 + SLACK:
-        inside = all(max(b[0], b[2]) <= picture.width and max(b[1], b[3]) <= picture.height for b in boxes)
+        inside = bool((boxes <= (picture.width, picture.height)).all())
         said = "the model answered in pixels, though fractions were asked for, and was read so"
         return ("pixels", (said,)) if inside else ("fractions", ())
-    if convention.unit == "thousandths" and boxes and largest <= 1.0:
+    if convention.unit == "thousandths" and given and largest <= 1.0:
         return "fractions", ("the model answered in fractions, though 0 to 1000 was asked for, and was read so",)
     return convention.unit, ()
 
@@ -365,15 +366,16 @@ def _box(
         return "it has no box of four numbers"
     key, values = given
     rows_first = key == "box_2d" or (convention.rows_first and key not in ("bbox_2d",))
-    y0, x0, y1, x1 = values if rows_first else (values[1], values[0], values[3], values[2])
+    corners = np.array(values, dtype=float).reshape(2, 2)[:, :: -1 if rows_first else 1]
     edges = {"thousandths": (1000, 1000), "fractions": (1, 1), "pixels": (picture.width, picture.height)}[unit]
-    shares = np.array([min(x0, x1) / edges[0], min(y0, y1) / edges[1], max(x0, x1) / edges[0], max(y0, y1) / edges[1]])
+    shares = np.sort(corners / edges, axis=0).ravel()
     if (shares < -SLACK).any() or (shares > 1.0 + SLACK).any():
         return "its box lies outside of the picture"
     pixels = np.clip(shares, 0.0, 1.0) * np.tile(np.asarray(size, dtype=float), 2)
     if (pixels[2:] - pixels[:2] < MIN_EDGE).any():
         return "its box is empty"
-    return float(pixels[0]), float(pixels[1]), float(pixels[2]), float(pixels[3])
+    x0, y0, x1, y1 = map(float, pixels)
+    return x0, y0, x1, y1
 
 
 def _overlap(a: Sequence[float], b: Sequence[float]) -> float:

@@ -38,7 +38,6 @@ class StudioSettings:
     Args:
         paths: Files and folders that can be opened; newcomers get the first file.
         template: A session whose limits, writer and isolation newcomers get.
-        host: Address to listen on.
         port: Port to listen on; 0 takes any free one.
         token: What a browser must bring; "auto" makes one; "" where none is needed.
         folder: Where sessions are kept.

@@ -48,11 +48,9 @@ def pulled(index: int, by: Array, frame: Frame, count: int) -> HandEdit:
     knobs = "".join(f"    {word}={amount!r},  # [m] {word}\n" for word, amount in words.items())
     width = round(min(3.0 / (count - 1), 0.5), 4)
     knobs += f"    width={width!r},  # share of the path on either side that follows\n"
-    passed = ", ".join(f"{word}={word}" for word in words)
+    passed, name = ", ".join(f"{word}={word}" for word in words), f"waypoint {index + 1}"
     body = f"    return pull_waypoint(traj, {index}, width=width, {passed})\n"
-    return HandEdit(
-        f"moved waypoint {index + 1} {told}", _policy(knobs, body), f"Pull waypoint {index + 1} {told}, as by hand."
-    )
+    return HandEdit(f"moved {name} {told}", _policy(knobs, body), f"Pull {name} {told}, as by hand.")
 
 
 def inserted(after: int) -> HandEdit:
@@ -141,11 +139,10 @@ class DragEditor:
             if held:
                 self.what.value = self._picked[0] if self._picked else _NOTHING
             self._grip()
-        last = len(session.current) - 1
-        if self.index.max != last + 1:
-            self.index.value = min(self.index.value, last + 1)
-            self.index.max = last + 1
-        pinned = [i for i in session.constraints.pinned if -len(session.current) <= i <= last]
+        count = len(session.current)
+        if self.index.max != count:
+            self.index.value, self.index.max = min(self.index.value, count), count
+        pinned = [i for i in session.constraints.pinned if -count <= i < count]
         self.unpin.visible = bool(session.constraints.pinned)
         self._space.pins(session.current.positions[pinned])
         self._space.mark(None)
@@ -240,10 +237,8 @@ class DragEditor:
             self._peek(session)
             return
         if not self.move(what, place) and self._gizmo is not None:
-            self._gizmo.position = there
-            holder = self._space.objects.get(what)
-            if holder is not None:
-                holder.position = there
+            for node in filter(None, (self._gizmo, self._space.objects.get(what))):
+                node.position = there
             self._peek(session)
 
     def _place(self, session: Session, what: str) -> Array:

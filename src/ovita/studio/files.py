@@ -118,8 +118,10 @@ def _generated(path: str) -> Task:
     from ovita.sources.skills import Skill
 
     skill = Skill.load(path)
-    made = skill.generate().task()
-    return replace(made, notes=(f"this is what the skill generates as it was shown ({skill.kind})", *skill.notes))
+    return replace(
+        skill.generate().task(),
+        notes=(f"this is what the skill generates as it was shown ({skill.kind})", *skill.notes),
+    )
 
 
 def open_upload(name: str, content: bytes, template: Session, *, limits: Robot | None = None) -> Opened:
@@ -157,28 +159,25 @@ def exported(kind: str, session: Session, title: str = "") -> tuple[str, bytes]:
         return export_name("page", ".html", session, title), _page(session).encode()
     if kind == "adaptation" and session.adaptation is None:
         raise FormatError("adaptation", "there is no result yet; say what should change first")
-    verdict = "" if session.adaptation is None else session.adaptation.verdict
+    result = session.adaptation
     what, ending = {"json": ("trajectory", ".json"), "csv": ("trajectory", ".csv")}.get(kind, (kind, ".json"))
     name = export_name(what, ending, session, title)
+    said, verdict = ("", "") if result is None else (result.instruction, result.verdict)
     with tempfile.TemporaryDirectory(prefix="ovita-export-") as folder:
         path = str(Path(folder) / name)
-        if kind == "adaptation" and session.adaptation is not None:
-            session.adaptation.save(path)
-        elif kind == "session":
+        if what == "trajectory":
+            save_trajectory(path, session.current, session.scene, said, verdict=verdict)
+        elif kind == "session" or result is None:
             session.save(path)
         else:
-            said = session.adaptation.instruction if session.adaptation is not None else ""
-            save_trajectory(path, session.current, session.scene, said, verdict=verdict)
+            result.save(path)
         return name, Path(path).read_bytes()
 
 
 def export_name(what: str, ending: str, session: Session, title: str) -> str:
     """Such as "tabletop-trajectory-limited.csv": scene, what it is, and the verdict where it is not simply done."""
-    scene = (
-        "".join(c if c.isalnum() or c in "-_" else "-" for c in Path(title).stem)
-        .strip("-")[:40]
-        .removesuffix(f"-{what}")
-    )
+    plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in Path(title).stem)
+    scene = plain.strip("-")[:40].removesuffix(f"-{what}")
     mark = session.adaptation.mark if session.adaptation is not None and what != "session" else ""
     return "-".join(part for part in (scene, what) if part) + mark + ending
 

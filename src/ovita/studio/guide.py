@@ -19,9 +19,7 @@ class Key:
 
     Args:
         shown: How the overlay writes it; "" for another way to what is listed already.
-        does: What it does.
         wish: What is asked for with it, of the tab or of the page.
-        held: What is held down with it.
         hotkey: Its name for viser's client, which then hears it.
         keys: Else its names for our own page, as `KeyboardEvent.key`; "drag" and the like are gestures.
         where: Where our page hears it: anywhere, while the timeline has the focus, or in the scene.

@@ -77,17 +77,11 @@ def suggestions(trajectory: Trajectory, scene: Scene) -> list[str]:
         return [f"From the {a.name} to the {b.name}, slowly" for a, b in pairwise(short)][:3]
     near = sorted(short, key=lambda item: float(item.clearance(trajectory.positions).min()))
     amount = max(round(0.15 * float(np.ptp(trajectory.positions, axis=0).max()), 1), 0.1)
-    said = []
+    left = f"Go left by {amount:g}"
     if near:
-        said.append(f"Slow down near the {near[0].name}")
-        said.append(f"Keep a bigger distance from the {near[-1 if len(near) > 1 else 0].name}")
+        return [f"Slow down near the {near[0].name}", f"Keep a bigger distance from the {near[-1].name}", left]
     flat = float(np.ptp(trajectory.positions[:, 2])) == 0.0
-    said.append(f"Go left by {amount:g}")
-    if not near:
-        said.append("Move half as fast")
-    if not flat and len(said) < 4:
-        said.append(f"Go up by {amount / 2:g} in the middle")
-    return said[:3]
+    return [left, "Move half as fast", *([] if flat else [f"Go up by {amount / 2:g} in the middle"])]
 
 
 def plan(result: Adaptation | None) -> str:
@@ -108,12 +102,8 @@ def explanation(result: Adaptation | None) -> str:
     if result is None:
         return soft("Why the line looks as it does is told here in plain words.")
     warnings = f"<h4>Please look at</h4>{listed(result.cautions)}" if result.cautions else ""
-    parts: list[str] = []
-    for line in result.explanation.split("\n"):
-        if line.startswith("- "):
-            parts.append(f"<li>{e(line[2:])}</li>")
-        elif line.strip():
-            parts.append(f"<p>{e(line)}</p>")
+    lines = [line for line in result.explanation.split("\n") if line.strip()]
+    parts = [f"<li>{e(line[2:])}</li>" if line.startswith("- ") else f"<p>{e(line)}</p>" for line in lines]
     told = "".join(parts).replace("</p><li>", "</p><ul><li>").replace("</li><p>", "</li></ul><p>")
     return block(warnings + told + ("</ul>" if told.endswith("</li>") else ""))
 
@@ -147,11 +137,10 @@ def limits_of(robot: Robot) -> str:
 
 def code(source: str, bad_line: int | None = None) -> str:
     """Source with line numbers, one of them marked."""
-    lines = []
-    for number, line in enumerate(source.rstrip("\n").split("\n"), start=1):
-        text = e(line) or " "
-        lines.append(f"<i>{number:3d} </i>" + (f"<mark>{text}</mark>" if number == bad_line else text))
-    return block("<pre>" + "\n".join(lines) + "</pre>")
+    lines = [e(line) or " " for line in source.rstrip("\n").split("\n")]
+    marked = [f"<mark>{line}</mark>" if i == bad_line else line for i, line in enumerate(lines, start=1)]
+    numbered = "\n".join(f"<i>{i:3d} </i>{line}" for i, line in enumerate(marked, start=1))
+    return block(f"<pre>{numbered}</pre>")
 
 
 BRAND = (39, 84, 125)

@@ -120,10 +120,9 @@ class LookPanel:
         if missing:
             raise RequestError(f"there is no {listed(missing)} yet; upload a picture, its depth and camera.json")
         with tempfile.TemporaryDirectory(prefix="ovita-look-") as folder:
-            paths = {}
-            for role, (name, content) in self._files.items():
-                paths[role] = Path(folder, f"{role}{Path(name).suffix.lower()}")
-                paths[role].write_bytes(content)
+            paths = {r: Path(folder, f"{r}{Path(name).suffix.lower()}") for r, (name, _) in self._files.items()}
+            for role, path in paths.items():
+                path.write_bytes(self._files[role][1])
             pictures = [str(paths[role]) for role in ("picture", "depth") if role in paths]
             try:
                 return gathered(pictures, camera=str(paths["camera"]))
@@ -252,14 +251,11 @@ def role_of(name: str, content: bytes) -> str:
         FormatError: If it is none of these.
     """
     ending = Path(name).suffix.lower()
-    if ending == ".json":
-        return "camera"
-    if ending == ".npy":
-        return "depth"
     if ending not in ENDINGS:
         raise FormatError(Path(name).name[:60], f"is nothing to look at; take {', '.join(ENDINGS)}")
     # Byte 24 of a PNG is its bit depth, byte 25 its kind of colours; 16 bits of grey are distances.
-    return "depth" if content[:4] == b"\x89PNG" and content[24:26] == b"\x10\x00" else "picture"
+    grey = content[:4] == b"\x89PNG" and content[24:26] == b"\x10\x00"
+    return {".json": "camera", ".npy": "depth"}.get(ending, "depth" if grey else "picture")
 
 
 def lookable(paths: Sequence[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ Every panel takes the desk of its tab, and adds its controls to the container th
 from __future__ import annotations
 
 import ast
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -35,10 +36,8 @@ class ChangesPanel:
     def refresh(self) -> None:
         """Show the session."""
         session = self.desk.controller.session
-        before = session.original
-        if self.against.value == _AGAINST[1] and len(session.steps) > 1:
-            before = session.steps[-2].adaptation.adapted
-        self.text.content = html.changes(before, session)
+        earlier = self.against.value == _AGAINST[1] and len(session.steps) > 1
+        self.text.content = html.changes(session.steps[-2].adaptation.adapted if earlier else session.original, session)
 
 
 class CodePanel:
@@ -125,15 +124,12 @@ class KnobsPanel:
         result = self.desk.controller.session.adaptation
         knobs = result.parameters if result is not None else ()
         made = tuple((p.name, type(p.value), p.meaning) for p in knobs)
-        if turned and made == self._made:
+        same, self._made = made == self._made, made
+        if turned and same:
             return
-        if made and made == self._made and all(_reaches(self.handles[knob.name], knob.value) for knob in knobs):
-            for knob in knobs:
-                handle, value = self.handles[knob.name], _shown(knob.shown)
-                if handle.value != value:
-                    handle.value = value
+        if made and same and all(_reaches(self.handles[knob.name], knob.value) for knob in knobs):
+            self._set(knobs)
             return
-        self._made = made
         for handle in (*self.handles.values(), *self._others):
             handle.remove()
         self.handles, self._others = {}, []
@@ -144,11 +140,16 @@ class KnobsPanel:
             for knob in knobs:
                 self._make(knob)
 
+    def _set(self, knobs: Sequence[Parameter]) -> None:
+        for knob in knobs:
+            handle, value = self.handles[knob.name], _shown(knob.shown)
+            if handle.value != value:
+                handle.value = value
+
     def _make(self, knob: Parameter) -> None:
         unit = f" [{knob.unit}]" if knob.unit else ""
         meaning = f"{knob.called}, counted from 1" if knob.counts else knob.meaning
-        label = knob.called + unit
-        hint = f"{meaning or knob.called}{unit}"
+        label, hint = f"{knob.called}{unit}", f"{meaning or knob.called}{unit}"
         if meaning:
             self._others.append(self.gui.add_html(html.block(f'<div class="soft">{html.e(meaning)}</div>')))
         value = knob.shown
@@ -162,13 +163,10 @@ class KnobsPanel:
         else:
             handle = self.gui.add_text(label, _shown(value), hint=hint)
 
-        async def turned(event: Any, name: str = knob.name, like: Any = value) -> None:
+        async def turned(event: Any) -> None:
             if event.client is not None:
-                _widen(handle_of(name))
-                self.desk.controller.turn(name, knob.meant(_read(handle_of(name).value, like)))
-
-        def handle_of(name: str) -> Any:
-            return self.handles[name]
+                _widen(handle)
+                self.desk.controller.turn(knob.name, knob.meant(_read(handle.value, value)))
 
         handle.on_update(turned)
         self.handles[knob.name] = handle
@@ -274,9 +272,8 @@ class LimitsPanel:
         self.speed.visible = self.speed_on.value
 
     async def _preset(self, event: Any) -> None:
-        name = str(self.preset.value)
         if event.client is not None:
-            self._take(name)
+            self._take(str(self.preset.value))
 
     def offer(self, name: str) -> None:
         """Fill in the limits of a robot that was chosen elsewhere, to be applied."""
@@ -288,9 +285,8 @@ class LimitsPanel:
         session = self.desk.controller.session
         self._base = session.robot if name == session.robot.name else _limits(name, session.scene)
         self._fill(self._base, session.constraints)
-        waiting = self._base != session.robot
         note = html.soft(f"{name}: filled in below, not applied yet.")
-        self.verdict.content = html.verdict(session) + note * waiting
+        self.verdict.content = html.verdict(session) + note * (self._base != session.robot)
 
     def _apply(self) -> None:
         with self.desk.complaining():

@@ -188,12 +188,9 @@ class RobotView:
         self._bodies = [self.api.add_frame(f"/robot/{i}", show_axes=False) for i in range(len(motion.bodies))]
         for i, shape in enumerate(motion.shapes):
             name, (a, b, c) = f"/robot/{shape.body}/{i}", shape.size
-            look = {
-                "color": tuple(round(255 * v) for v in shape.rgba[:3]),
-                "opacity": shape.rgba[3] if shape.rgba[3] < 1.0 else None,
-                "position": shape.position,
-                "wxyz": shape.wxyz,
-            }
+            colour, opacity = tuple(round(255 * v) for v in shape.rgba[:3]), shape.rgba[3]
+            look: dict[str, Any] = {"color": colour, "opacity": opacity if opacity < 1.0 else None}
+            look |= {"position": shape.position, "wxyz": shape.wxyz}
             if shape.kind == "box":
                 self.api.add_box(name, dimensions=(a, b, c), **look)
             elif shape.kind == "sphere":

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.dialogue.session import Session
 from ovita.paths.geometry import closest_to_point
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, interpolate
 from ovita.studio import html
 from ovita.studio.scene_view import SceneView
 from ovita.studio.sessions import Desk
@@ -86,5 +86,4 @@ def _nearest(session: Session, to: str, place: Array) -> Array:
     path = session.current.positions
     known = to in session.scene.names
     at = session.scene[to].cuboid.closest(path)[1] if known else closest_to_point(path, place)[1]
-    first = min(int(at), len(path) - 2)
-    return np.asarray(path[first] + (at - first) * (path[first + 1] - path[first]))
+    return np.asarray(interpolate(path, np.array([at]))[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ovita.dialogue.session import Session
 from ovita.limits.problem import TOLERANCE
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Frame, Scene
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.plots import geometry
 from ovita.plots.geometry import COLOURS, OBJECT_COLOURS
 from ovita.result import Adaptation
@@ -37,7 +38,9 @@ VIEW_DIRECTIONS = {
 }
 """From where the camera looks: shares of front, right and up."""
 
-_NO_SEGMENTS = np.zeros((1, 2, 3), dtype=np.float32)
+_NONE = np.zeros((0, 2, 3), dtype=np.float32)  # no segments
+_CUBE = np.array(list(product((-1, 1), repeat=3)), dtype=np.float32)
+_EDGES = [(i, j) for i, j in combinations(range(8), 2) if np.abs(_CUBE[i] - _CUBE[j]).sum() == 2]
 
 
 class SceneView:
@@ -92,24 +95,29 @@ class SceneView:
         """Show the lines as they are now."""
         assert self.stage is not None
         colours = self.palette
-        result, original, steps = session.adaptation, session.original, session.steps
+        result, original = session.adaptation, session.original
         adapted = None if result is None else session.current
         pace = self.pace(session) if self.shown.speeds else None
         self._line("original", original, colours["before"], pace if adapted is None else None)
         self._line("adapted", adapted, colours["after"], pace)
-        before = steps[-2].adaptation.adapted if self.shown.ghost and len(steps) > 1 else None
-        self._line("ghost", before, GHOST, None, width=_THIN)
-        proposed = result.proposed if result is not None and result.proposed != result.adapted else None
-        self._line("proposed", proposed, colours["proposed"], None, width=_THIN)
+        self._other_lines(session)
         pending = session.pending.proposal if session.pending is not None else None
         waiting = None if pending is None else pending.adapted
-        self._line("proposal", waiting, colours["waiting"], None)
-        bad = violated(result) if result is not None else _NO_SEGMENTS[:0]
+        self._line("proposal", waiting, colours["waiting"])
+        bad = violated(result) if result is not None else _NONE
         self._segments("violated", bad, plain_colours(len(bad), VIOLATION), 7.0)
         self._arrows("original", original, colours["before"])
         self._arrows("adapted", adapted, colours["after"])
         self._points("waypoints", session.current.positions if self.shown.waypoints else None)
         self._ends(original, adapted, waiting)
+
+    def _other_lines(self, session: Session) -> None:
+        """The line one turn ago, and as the program proposed it."""
+        result, steps = session.adaptation, session.steps
+        before = steps[-2].adaptation.adapted if self.shown.ghost and len(steps) > 1 else None
+        self._line("ghost", before, GHOST, width=_THIN)
+        proposed = result.proposed if result is not None and result.proposed != result.adapted else None
+        self._line("proposed", proposed, self.palette["proposed"], width=_THIN)
 
     @staticmethod
     def pace(session: Session) -> tuple[float, float]:
@@ -144,9 +152,7 @@ class SceneView:
         """Frame everything with the camera, from one of `VIEW_DIRECTIONS`."""
         self._view = view
         self._seen = stage = ViewBounds.of([session.original, session.current], session.scene)
-        camera = self.client.camera
-        frame = session.scene.frame
-        aspect = self._aspect()
+        camera, frame, aspect = self.client.camera, session.scene.frame, self._aspect()
         position, target = stage.camera(frame, aspect, _FOV, view)
         self._looked, self._arrived = (position, aspect), False
         camera.fov = _FOV
@@ -296,26 +302,26 @@ class SceneView:
         self._labels.append(self._label("/grid-scale", told, aside))
 
     def _workspace(self, robot: Robot, stage: ViewBounds) -> None:
-        reach = 8.0 * stage.size
-        found = []
-        if robot.workspace is not None:
-            for line in geometry.workspace_lines(robot.workspace, stage.middle - reach, stage.middle + reach):
-                pairs = segments(line)
-                found.append(pairs[np.isfinite(pairs).all(axis=(1, 2))])
-        pairs = np.concatenate(found) if found else _NO_SEGMENTS[:0]
+        ends, lines = (stage.middle - 8.0 * stage.size, stage.middle + 8.0 * stage.size), robot.workspace
+        found = [] if lines is None else [segments(line) for line in geometry.workspace_lines(lines, *ends)]
+        pairs = np.concatenate([_NONE, *found])
+        pairs = pairs[np.isfinite(pairs).all(axis=(1, 2))]
         colours = plain_colours(len(pairs), COLOURS["workspace"])
         self._segments("workspace", pairs, colours, 1.2, visible=self.shown.workspace)
 
     def _line(
-        self, name: str, path: Trajectory | None, colour: str, pace: tuple[float, float] | None, *, width: float = _WIDE
+        self,
+        name: str,
+        path: Trajectory | None,
+        colour: str,
+        pace: tuple[float, float] | None = None,
+        *,
+        width: float = _WIDE,
     ) -> None:
         if not self._another(name, path, colour, pace):
             return
-        if path is None:
-            self._segments(name, _NO_SEGMENTS[:0], plain_colours(0, colour), width)
-            return
-        pairs = segments(path.positions)
-        colours = speed_colours(path.speeds, *pace) if pace else plain_colours(len(pairs), colour)
+        pairs = _NONE if path is None else segments(path.positions)
+        colours = speed_colours(path.speeds, *pace) if path is not None and pace else plain_colours(len(pairs), colour)
         self._segments(name, pairs, colours, width)
 
     def _another(self, name: str, path: Trajectory | None, *looks: Any) -> bool:
@@ -326,7 +332,7 @@ class SceneView:
 
     def _plain(self, name: str, path: Array, colour: str, width: float) -> None:
         """A line (N, 3) of one colour; none where it has no segment."""
-        pairs = segments(path) if len(path) > 1 else _NO_SEGMENTS[:0]
+        pairs = segments(path)
         self._segments(name, pairs, plain_colours(len(pairs), colour), width)
 
     def _segments(self, name: str, pairs: Array | Any, colours: Any, width: float, *, visible: bool = True) -> None:
@@ -347,9 +353,8 @@ class SceneView:
         assert self.stage is not None
         if not self._another(f"arrows {name}", path, colour):
             return
-        size = self.stage.size
-        pairs = arrows(path, 0.05 * size) if path is not None else _NO_SEGMENTS[:0]
-        key = f"arrows {name}"
+        size, key = self.stage.size, f"arrows {name}"
+        pairs = arrows(path, 0.05 * size) if path is not None else _NONE
         node = self._lines.pop(key, None)
         if node is not None and len(node.points) == len(pairs):
             node.points, node.visible = pairs, True
@@ -369,9 +374,8 @@ class SceneView:
             node.remove()
         if places is not None and self.stage is not None:
             gaps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-            size = scale * min(
-                0.007 * self.stage.size, 0.5 * float(np.median(gaps)) if len(gaps) and scale == 1 else 1.0
-            )
+            most = 0.5 * float(np.median(gaps)) if len(gaps) and scale == 1 else 1.0
+            size = scale * min(0.007 * self.stage.size, most)
             self._lines[name] = self.api.add_point_cloud(
                 f"/points/{name}", np.asarray(places, dtype=np.float32), np.array(colour, dtype=np.uint8),
                 point_size=size, point_shape="circle", precision="float32",
@@ -428,10 +432,8 @@ def plain_colours(count: int, colour: str) -> Colours:
 
 def speed_colours(speeds: Array, lowest: float, highest: float) -> Colours:
     """Colours of segments by the speeds (N,) of their ends, (N-1, 2, 3)."""
-    share = np.clip((speeds - lowest) / max(highest - lowest, 1e-9), 0.0, 1.0) * (len(_RAMP) - 1)
-    low = np.minimum(share.astype(int), len(_RAMP) - 2)
-    t = (share - low)[:, None]
-    colours = _linear(_RAMP[low] * (1 - t) + _RAMP[low + 1] * t)
+    share = np.clip((speeds - lowest) / max(highest - lowest, 1e-9), 0.0, 1.0)
+    colours = _linear(interpolate(_RAMP, share * (len(_RAMP) - 1)))
     return np.stack([colours[:-1], colours[1:]], axis=1)
 
 
@@ -443,12 +445,12 @@ def _linear(colours: Array) -> Colours:
 def arrows(path: Trajectory, length: float, count: int = 6) -> NDArray[np.float32]:
     """Short arrows (K, 2, 3) along a path, spread evenly over its length; none where it has no length."""
     if path.length <= 0.0:
-        return np.zeros((0, 2, 3), dtype=np.float32)
+        return _NONE
     s = path.arc_length
     middle = (np.arange(count) + 0.5) / count * s[-1]
     ahead = np.minimum(middle + min(length, 0.5 * s[-1] / count), s[-1])
-    ends = [np.stack([np.interp(at, s, path.positions[:, k]) for k in range(3)], axis=1) for at in (middle, ahead)]
-    pairs = np.stack(ends, axis=1)
+    places = [np.interp(at, s, np.arange(len(s))) for at in (middle, ahead)]
+    pairs = np.stack([interpolate(path.positions, place) for place in places], axis=1)
     return np.asarray(pairs[np.linalg.norm(pairs[:, 1] - pairs[:, 0], axis=1) > 1e-9], dtype=np.float32)
 
 
@@ -456,7 +458,7 @@ def violated(result: Adaptation) -> NDArray[np.float32]:
     """Segments (K, 2, 3) of the proposal that broke a limit before the constraints had their say."""
     path = result.proposed
     if path is None:
-        return np.zeros((0, 2, 3), dtype=np.float32)
+        return _NONE
     exempt = set(result.constraints.exempt) if result.constraints else set()
     bad = broken(path, result.scene, result.robot, exempt)
     return segments(path.positions)[bad[:-1] | bad[1:]]
@@ -498,12 +500,10 @@ class ViewBounds:
     @classmethod
     def of(cls, paths: list[Trajectory], scene: Scene) -> ViewBounds:
         """The paths, and the objects that are not far away from them; all objects where no path leads anywhere."""
-        if len(scene) and not any(path.length for path in paths):
-            corners = np.concatenate([geometry.corners(item) for item in scene])
-            return cls(corners.min(axis=0), corners.max(axis=0), scene.frame.direction("up"))
-        shown = geometry.extent(paths, scene)
-        points = [path.positions for path in paths] + [geometry.corners(item) for item in shown.shown]
-        everything = np.concatenate(points)
+        still = len(scene) and not any(path.length for path in paths)
+        items = scene if still else geometry.extent(paths, scene).shown
+        points = [] if still else [path.positions for path in paths]
+        everything = np.concatenate([*points, *map(geometry.corners, items)])
         return cls(everything.min(axis=0), everything.max(axis=0), scene.frame.direction("up"))
 
     @property
@@ -543,8 +543,7 @@ class ViewBounds:
         right = np.cross(up, away) / np.linalg.norm(np.cross(up, away))
         lower, upper = np.minimum(self.lower, self.corner(frame)), np.maximum(self.upper, self.corner(frame))
         middle = (lower + upper) / 2.0
-        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        points = signs * np.maximum(upper - lower, 0.1 * self.size) / 2.0
+        points = _CUBE * np.maximum(upper - lower, 0.1 * self.size) / 2.0
         across, high, near = points @ right, points @ np.cross(away, right), points @ away
         tall = float(np.tan(fov / 2.0))
         wide = tall * aspect * _FILL
@@ -569,7 +568,4 @@ def grid_step(size: float) -> float:
 
 def edges(size: Any) -> NDArray[np.float32]:
     """The 12 edges (12, 2, 3) of a cuboid with edge lengths (3,) around the origin."""
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=np.float32)
-    pairs = [(i, j) for i in range(8) for j in range(i + 1, 8) if np.abs(signs[i] - signs[j]).sum() == 2]
-    points = signs * np.asarray(size, dtype=np.float32) / 2.0
-    return np.array([[points[i], points[j]] for i, j in pairs], dtype=np.float32)
+    return np.asarray((_CUBE * np.asarray(size, dtype=np.float32) / 2.0)[np.array(_EDGES)])

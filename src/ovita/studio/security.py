@@ -39,6 +39,14 @@ _TOKEN = re.compile(rf"[A-Za-z0-9._-]{{{SHORTEST_TOKEN},200}}")
 _HOST = re.compile(r"[A-Za-z0-9.\-_:\[\]]{1,255}")
 
 
+_SAFE = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+}
+
+
 class StudioUnsafe(OvitaError):
     """The requested server settings would give strangers access."""
 
@@ -114,23 +122,19 @@ class Gate:
         brought = cookies[self.cookie].value if self.cookie in cookies else ""
         if hmac.compare_digest(brought.encode(), self.token.encode()):
             return None
-        return self._answer(
-            connection, http.HTTPStatus.UNAUTHORIZED, (files("ovita.studio") / "locked.html").read_bytes(), request
-        )
+        locked = (files("ovita.studio") / "locked.html").read_bytes()
+        return self._answer(connection, http.HTTPStatus.UNAUTHORIZED, locked, request)
 
     def _answer(self, connection: Any, status: http.HTTPStatus, body: bytes, request: Any = None) -> Any:
         answer = connection.respond(status, "")
         answer.body = body
-        del answer.headers["Content-Length"]
-        answer.headers["Content-Length"] = str(len(body))
+        headers = {"Content-Length": str(len(body)), **_SAFE}
         if request is not None:
-            del answer.headers["Content-Type"]
-            answer.headers["Content-Type"] = "text/html; charset=utf-8"
-            answer.headers["Content-Security-Policy"] = policy(request.headers.get("Host", ""))
-        answer.headers["Cache-Control"] = "no-store"
-        answer.headers["X-Content-Type-Options"] = "nosniff"
-        answer.headers["X-Frame-Options"] = "DENY"
-        answer.headers["Referrer-Policy"] = "no-referrer"
+            headers["Content-Type"] = "text/html; charset=utf-8"
+            headers["Content-Security-Policy"] = policy(request.headers.get("Host", ""))
+        for name, value in headers.items():
+            answer.headers.pop(name, None)
+            answer.headers[name] = value
         return answer
 
 
@@ -213,17 +217,10 @@ def limit_uploads(client: Any) -> None:
     def refuse(size: int, message: Any) -> None:
         running.pop(message.transfer_uuid, None)
         # the client shows its progress until it hears that all of it came
-        connection.queue_message(
-            messages.FileTransferPartAck(
-                source_component_uuid=message.source_component_uuid,
-                transfer_uuid=message.transfer_uuid,
-                transferred_bytes=size,
-                total_bytes=size,
-            )
-        )
-        client.add_notification(
-            "That did not work", f"The file {too_large(size)}.", auto_close_seconds=9.0, color="red"
-        )
+        whose = {"source_component_uuid": message.source_component_uuid, "transfer_uuid": message.transfer_uuid}
+        connection.queue_message(messages.FileTransferPartAck(**whose, transferred_bytes=size, total_bytes=size))
+        told = f"The file {too_large(size)}."
+        client.add_notification("That did not work", told, auto_close_seconds=9.0, color="red")
 
     def started(client_id: Any, message: Any) -> None:
         if message.size_bytes > MAX_UPLOAD or message.part_count > MAX_UPLOAD // 1024 or len(running) >= 4:

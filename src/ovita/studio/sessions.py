@@ -153,14 +153,16 @@ class SessionController:
         """
         if self.said is None or not self.said.question or not text.strip():
             raise RequestError("there is no question to answer" if not text.strip() else "nothing was asked")
-        session, result = self.session, self.said.result
-        if session.bare:
-            return self.say(text, self.said.on)
-        kind = "" if result is None else result.writer.kind
-        named = kind == "builtin" and bool(session.asked) and len(named_objects(text, session.scene)) == 1
-        if named or (session.steps and kind not in ("", "llm")):
-            return self.say(text, self.said.on)
-        return self.say(f"{self.said.text.rstrip('.')}. {text.strip()}", self.said.on)
+        whole = f"{self.said.text.rstrip('.')}. {text.strip()}"
+        return self.say(text if self._applies(text, self.said.result) else whole, self.said.on)
+
+    def _applies(self, answer: str, asked: Adaptation | None) -> bool:
+        """Whether the session can apply an answer by itself."""
+        kind = "" if asked is None else asked.writer.kind
+        if self.session.bare or (self.session.steps and kind not in ("", "llm")):
+            return True
+        named = named_objects(answer, self.session.scene)
+        return kind == "builtin" and bool(self.session.asked) and len(named) == 1
 
     def cancel(self) -> None:
         """Cancel the pending turn and discard any late reply of its writer."""
@@ -187,8 +189,7 @@ class SessionController:
         """Apply an edit to the session and return whether it succeeded; a failure is shown and changes nothing."""
         try:
             with self.lock:
-                if self.busy is not None:
-                    raise RequestError("an instruction is being worked on; wait for it or cancel it")
+                self._free()
                 self._rest()
                 work(self.session)
                 self.said, self.error = None, ""
@@ -280,8 +281,7 @@ class SessionController:
                     values, self._wanted = self._wanted, {}
                 if not values:
                     return
-                if self.busy is not None:
-                    raise RequestError("an instruction is being worked on; wait for it or cancel it")
+                self._free()
                 self.session.tune(values, merge=True)
                 self.error = ""
         except OvitaError as error:
@@ -289,6 +289,10 @@ class SessionController:
             self._tell("error")
             return
         self._tell("line")
+
+    def _free(self) -> None:
+        if self.busy is not None:
+            raise RequestError("an instruction is being worked on; wait for it or cancel it")
 
     def _rest(self) -> None:
         """Forget knobs that were not turned yet, so that they do not reach another turn's policy."""

@@ -66,13 +66,8 @@ class Tab(Desk):
         self.space = SceneView(client, _LEFT + _RIGHT)
         self.heads = playback.Playheads(self.space)
         self.puppet = playback.RobotView(client.scene, self.complain)
-        self.timeline = Timeline(
-            wire,
-            self,
-            self._show_moment,
-            self.space.draw_selected,
-            dict.fromkeys(("pick", "insert", "delete", "sketch"), self._pointed),
-        )
+        hands = dict.fromkeys(("pick", "insert", "delete", "sketch"), self._pointed)
+        self.timeline = Timeline(wire, self, self._show_moment, self.space.draw_selected, hands)
         self.player = self.timeline.player
         with client.atomic():
             self._build(client.gui, offered, earlier, local, lookable or {})

@@ -71,9 +71,8 @@ def account(result: Adaptation, turned: str = "") -> str:
     came = [p.outcome for p in result.postconditions if p.change_before or not p.held]
     asked = (result.instruction or "what the program says") + (f", then turned {turned}" if turned else "")
     told = "; ".join([*came, *_ends(result)] if came else _changed(result))
-    did = listed(result.by_limits) or "changed nothing"
-    if result.status == "infeasible" and result.constraints is not None:
-        did += "".join(f"; {text}" for text in result.constraints.conflicts[:1])
+    conflicts = result.constraints.conflicts if result.status == "infeasible" and result.constraints else ()
+    did = "; ".join([listed(result.by_limits) or "changed nothing", *conflicts[:1]])
     parts = (("asked", asked), ("came out", told), ("the limits", did))
     lines = "<br>".join(f"<b>{name}:</b> {e(clipped(text, 400))}" for name, text in parts)
     return f'<p class="account">{lines}</p>'
@@ -94,9 +93,8 @@ def _ends(result: Adaptation) -> list[str]:
 def header(controller: SessionController, writer: str) -> str:
     """Name of the open session, the verdict on its line, its writer, and buttons for the view and for help."""
     session = controller.session
-    told = (
-        "no trajectory yet" if session.bare else f"{len(session.current)} waypoints, {session.current.duration:.1f} s"
-    )
+    path = session.current
+    told = "no trajectory yet" if session.bare else f"{len(path)} waypoints, {path.duration:.1f} s"
     adapted = ' &nbsp;<span class="key" style="background:var(--red)"></span>adapted' if session.steps else ""
     looks = "".join(f'<button class="link" data-do="look {name}">{name}</button>' for name in VIEWS)
     return block(
@@ -119,19 +117,20 @@ def outcome(controller: SessionController) -> str:
     """How the last words went; the introduction before any."""
     if controller.busy is not None:
         return ""
-    waiting, said = controller.session.pending, controller.said
+    waiting, said, result = controller.session.pending, controller.said, controller.session.adaptation
     if waiting is not None and (said is None or said.result is not waiting):
         asked = said_card(LastUtterance(waiting.instruction, "current", waiting), waiting=True)
         return asked if said is None else said_card(said) + asked
     if said is not None:
         return said_card(said, waiting=waiting is not None)
-    result = controller.session.adaptation
-    if result is None:
-        return welcome(controller.session.scene)
+    return welcome(controller.session.scene) if result is None else _result_card(result, turned(controller.session))
+
+
+def _result_card(result: Adaptation, turned: str) -> str:
     text = result.message if result.status != "done" or result.lost else " ".join(result.plan[-4:])
     rest = result.warnings[:2] if result.status == "done" else [loss.sentence() for loss in result.lost]
     told = f"<p>{e(text)}</p>" if text else ""
-    line = account(result, turned(controller.session))
+    line = account(result, turned)
     return block(f'<div class="card {rung(result).colour}">{chip(rung(result))}{told}{line}{bullets(rest)}</div>')
 
 
@@ -139,9 +138,8 @@ def said_card(said: LastUtterance, *, waiting: bool = False) -> str:
     """What was said and did not become a turn, and why, or the reading that waits for a yes."""
     verdict = rung(said.result)
     card = "card waiting" if waiting else f"card {verdict.colour}"
-    return block(
-        f'<div class="{card}">&ldquo;{e(clipped(said.text))}&rdquo; {chip(verdict)}<p>{e(said.message)}</p></div>'
-    )
+    words = f"&ldquo;{e(clipped(said.text))}&rdquo;"
+    return block(f'<div class="{card}">{words} {chip(verdict)}<p>{e(said.message)}</p></div>')
 
 
 def welcome(scene: Scene) -> str:

@@ -29,7 +29,6 @@ class WriterChoice:
     """A kind of writer: its name or, with `asks`, the provider whose model is named; what else a person gives.
 
     Args:
-        name: Of the writer, or of the provider.
         asks: Whether a model has to be named; then `example` is one.
         example: What a model's name looks like.
         server: Whether an address has to be given.

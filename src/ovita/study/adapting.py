@@ -18,7 +18,7 @@ from ovita.result import Adaptation
 from ovita.study.answers import StudyEvent, StudyProgress, note
 from ovita.study.assignment import Participant, StudyPage
 from ovita.study.folder import StudyFolder, now
-from ovita.study.material import StudyItem, hidden
+from ovita.study.material import StudyItem, shown
 
 LONGEST = 500
 """Most characters of a sentence."""
@@ -66,9 +66,8 @@ class Conversations:
         last = session.adaptation if session.steps else None
         lines = (last.explanation.splitlines() or last.plan) if last is not None else ()
         said = [turn.said for turn in progress.turns(page.id)]
-        kept = [line.strip() for line in lines if line.strip() and not any(words in line for words in said)]
-        told = dict.fromkeys(hidden(line, self._secret) for line in kept)
-        return AdaptedByPerson(self.study.items[page.item], session.current, last is not None, tuple(told))
+        told = shown([line for line in lines if not any(words in line for words in said)], self._secret)
+        return AdaptedByPerson(self.study.items[page.item], session.current, last is not None, told)
 
     def settled(self, progress: StudyProgress, page: StudyPage) -> bool:
         """Note the answer of a turn that was done, but cut off before its answer was noted; say whether it was so."""
@@ -112,7 +111,7 @@ class Conversations:
         lines = _unanswered(result) or ["Done; look at the red path.", result.taken, *result.cautions]
         if page.explanation and result.usable:
             lines += [result.message, *(result.explanation.splitlines() or result.plan)]
-        return tuple(dict.fromkeys(hidden(line.strip(), self._secret) for line in lines if line.strip()))
+        return shown(lines, self._secret)
 
     def _session(self, progress: StudyProgress, page: StudyPage) -> Session:
         key = progress.person.id, page.id

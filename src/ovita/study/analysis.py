@@ -94,9 +94,7 @@ class Contrast:
     """Two levels of a factor compared by people's means.
 
     Args:
-        question: What was asked.
         factor: "condition", "explanation", "phase" or "group".
-        a, b: The levels.
         test: "Wilcoxon" where people gave both, "Mann-Whitney" where each gave one.
         n: Pairs, or people in both groups.
         difference: Mean of b minus a.
@@ -209,10 +207,9 @@ def analyse(ratings: Sequence[Rating], *, attention: float = ATTENTION) -> Analy
 
 def means(ratings: Iterable[Rating], level: Callable[[Rating], str]) -> dict[str, dict[str, float]]:
     """The mean of each person's ratings at each level of a factor."""
-    found: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
-    for r in ratings:
-        found[level(r)][r.participant].append(float(r.value))
-    return {k: {who: sum(v) / len(v) for who, v in people.items()} for k, people in sorted(found.items())}
+    return {
+        k: _by_person((r.participant, float(r.value)) for r in mine) for k, mine in _sorted_by(ratings, level).items()
+    }
 
 
 def compare(question: str, factor: str, table: Means) -> list[Contrast]:
@@ -220,7 +217,7 @@ def compare(question: str, factor: str, table: Means) -> list[Contrast]:
     found = [_contrast(question, factor, a, b, table[a], table[b]) for a, b in combinations(table, 2)]
     tested = [contrast for contrast in found if contrast is not None]
     corrected = holm([contrast.p for contrast in tested])
-    return [replace(contrast, holm=p) for contrast, p in zip(tested, corrected, strict=True)]
+    return [replace(contrast, holm=float(p)) for contrast, p in zip(tested, corrected, strict=True)]
 
 
 def _contrast(
@@ -281,18 +278,12 @@ def _summaries(kept: Sequence[Rating]) -> Iterable[Summary]:
 
 
 def _summary(question: str, phase: str, condition: str, group: str, mine: Sequence[Rating]) -> Summary:
-    values = [float(r.value) for r in mine]
-    shares = [replace(r, value=float(float(r.value) >= SUCCESS)) for r in mine]
-    return Summary(
-        question,
-        phase,
-        condition,
-        group,
-        statistics.mean_of_people(list(means(mine, _condition)[condition].values())),
-        statistics.mean_of_people(list(means(shares, _condition)[condition].values())),
-        wilson(sum(value >= SUCCESS for value in values), len(values)),
-        tuple(sum(round(value) == point for value in values) for point in range(1, 6)),
-    )
+    values = [(r.participant, float(r.value)) for r in mine]
+    passed = [(who, float(value >= SUCCESS)) for who, value in values]
+    ratings = wilson(round(sum(share for _, share in passed)), len(values))
+    counts = Counter(round(value) for _, value in values)
+    given = tuple(counts[point] for point in range(1, 6))
+    return Summary(question, phase, condition, group, _of_people(values), _of_people(passed), ratings, given)
 
 
 def _omnibus(rated: Sequence[Rating]) -> Iterable[tuple[str, Friedman]]:
@@ -331,24 +322,29 @@ def _agreements(rated: Sequence[Rating]) -> Iterable[tuple[str, str, Estimate]]:
 
 
 def _preferences(given: Sequence[Rating]) -> Preferred | None:
-    split = [(r, r.condition.split("|", 1)) for r in given if "|" in r.condition]
-    pairs = [(r.participant, a, b, str(r.value)) for r, (a, b) in split]
+    pairs = [(r.participant, *r.condition.split("|", 1), str(r.value)) for r in given if "|" in r.condition]
     if not pairs:
         return None
-    names = sorted({name for _, a, b, _ in pairs for name in (a, b)})
+    names = sorted({name for pair in pairs for name in pair[1:3]})
     wins, ties = _tallied(pairs, names)
-    fitted, n = _fit(names, wins.sum(0), ties.sum(0)), len(wins)
-    weights = np.random.default_rng(0).multinomial(n, np.full(n, 1 / n), RESAMPLES)
-    drawn = [_fit(names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
-    spread = zip(fitted.worth, *np.quantile(np.array(drawn), (0.025, 0.975), axis=0).tolist(), strict=True)
-    worth = tuple(Estimate(value, low, high, n) for value, low, high in spread)
     total, even = wins.sum(0).astype(int).tolist(), ties.sum(0).astype(int).tolist()
     two = combinations(enumerate(names), 2)
     counts = {(a, b): (total[i][j], even[i][j], total[j][i]) for (i, a), (j, b) in two}
-    return Preferred(fitted, worth, {pair: count for pair, count in counts.items() if any(count)})
+    asked = {pair: count for pair, count in counts.items() if any(count)}
+    fitted = _fit(names, wins.sum(0), ties.sum(0))
+    return Preferred(fitted, _spread(fitted, wins, ties), asked)
 
 
-def _tallied(pairs: Sequence[tuple[str, str, str, str]], names: Sequence[str]) -> tuple[Array, Array]:
+def _spread(fitted: Strengths, wins: Array, ties: Array) -> tuple[Estimate, ...]:
+    """The worth of each with its interval from resampling people."""
+    n = len(wins)
+    weights = np.random.default_rng(0).multinomial(n, np.full(n, 1 / n), RESAMPLES)
+    drawn = [_fit(fitted.names, np.tensordot(w, wins, 1), np.tensordot(w, ties, 1)).worth for w in weights]
+    spread = zip(fitted.worth, *np.quantile(np.array(drawn), (0.025, 0.975), axis=0).tolist(), strict=True)
+    return tuple(Estimate(value, low, high, n) for value, low, high in spread)
+
+
+def _tallied(pairs: Sequence[tuple[str, ...]], names: Sequence[str]) -> tuple[Array, Array]:
     """How often each person preferred one to another, and neither of two (people, k, k)."""
     place = {name: i for i, name in enumerate(names)}
     people = {who: i for i, who in enumerate(sorted({who for who, *_ in pairs}))}
@@ -375,23 +371,33 @@ _INSTRUMENTS: tuple[tuple[str, str, int, Callable[[Mapping[str, float]], float]]
 
 def _scores(kept: Sequence[Rating]) -> Iterable[Score]:
     for instrument, prefix, number, score in _INSTRUMENTS:
-        forms: dict[str, dict[tuple[str, str], dict[str, float]]] = defaultdict(lambda: defaultdict(dict))
-        for r in kept:
-            if r.question.startswith(prefix):
-                forms[r.condition][r.participant, r.phase][r.question] = float(r.value)
-        for condition, filled in sorted(forms.items()):
-            whole = [(who, form) for (who, _), form in filled.items() if len(form) == number]
+        asked = [r for r in kept if r.question.startswith(prefix)]
+        for condition, mine in _sorted_by(asked, _condition).items():
+            whole = [(who, form) for who, form in _forms(mine) if len(form) == number]
             yield Score(instrument, condition, _of_people((who, score(form)) for who, form in whole))
             for scale in sorted(whole[0][1]) if whole and prefix == "tlx_" else ():
                 mean = _of_people((who, form[scale]) for who, form in whole)
                 yield Score(f"TLX {scale.removeprefix(prefix)}", condition, mean)
 
 
-def _of_people(values: Iterable[tuple[str, float]]) -> Estimate:
+def _forms(given: Iterable[Rating]) -> Iterable[tuple[str, dict[str, float]]]:
+    """What each person wrote into a questionnaire, once for each phase."""
+    filled: dict[tuple[str, str], dict[str, float]] = defaultdict(dict)
+    for r in given:
+        filled[r.participant, r.phase][r.question] = float(r.value)
+    return ((who, form) for (who, _), form in filled.items())
+
+
+def _by_person(values: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """The mean of each person's values."""
     people: dict[str, list[float]] = defaultdict(list)
     for who, value in values:
         people[who].append(value)
-    return statistics.mean_of_people([sum(v) / len(v) for v in people.values()])
+    return {who: sum(mine) / len(mine) for who, mine in people.items()}
+
+
+def _of_people(values: Iterable[tuple[str, float]]) -> Estimate:
+    return statistics.mean_of_people(list(_by_person(values).values()))
 
 
 def _adapters(kept: Sequence[Rating]) -> Iterable[Adapter]:

@@ -8,6 +8,7 @@ import random
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, ClassVar
 
 from ovita.io.documents import validated
@@ -27,7 +28,6 @@ class StudyEvent:
             answered), or "withdrawn".
         when: In UTC (ISO 8601).
         seconds: From when the page was first shown.
-        consent_sha256: Of the text that was agreed to.
         turn: Which turn of the conversation, from 1.
         on: What it is about: "original" or "current".
         steps: Turns in force afterwards.
@@ -113,9 +113,8 @@ def progress_of(study: StudyFolder, person: Participant) -> StudyProgress:
     if not file.exists():
         return StudyProgress(person, ())
     events = Journal(file).read()
-    return StudyProgress(
-        person, tuple(validated(StudyEvent, e, str(file), f"line {i}") for i, e in enumerate(events, 1))
-    )
+    lines = enumerate(events, 1)
+    return StudyProgress(person, tuple(validated(StudyEvent, e, str(file), f"line {i}") for i, e in lines))
 
 
 def note(study: StudyFolder, person: Participant, event: StudyEvent) -> None:
@@ -152,14 +151,12 @@ def _of(study: StudyFolder, progress: StudyProgress) -> Iterator[Rating]:
     person, answered = progress.person, progress.answered
     if progress.withdrawn or not progress.consented:
         return
-    for page in person.pages:
-        event = answered.get(page.id)
-        for question, given in ((event.values or {}) if event else {}).items():
-            assert event is not None
-            adapter, item = "", page.item
-            if page.kind == "judge":
-                other, theirs = work_of(study, event.of)
-                adapter, item = other.id, theirs.item
+    for page in [page for page in person.pages if page.id in answered]:
+        event, adapter, item = answered[page.id], "", page.item
+        if page.kind == "judge" and event.values:
+            other, theirs = work_of(study, event.of)
+            adapter, item = other.id, theirs.item
+        for question, given in (event.values or {}).items():
             yield Rating(
                 person.id, person.group, page.phase, item, _condition(study, page), page.explanation, question,
                 _value(question, given, page), page.position, event.seconds, event.when, study.design.pilot, adapter,
@@ -194,9 +191,10 @@ def draw(study: StudyFolder, person: Participant) -> str:
     an item that they adapted themselves, and nobody judges a result twice.
     """
     everybody = {other.id: progress_of(study, other) for other in study.participants.values()}
-    seen = Counter(event.of for progress in everybody.values() for event in progress.events if event.event == "shown")
+    events = chain.from_iterable(progress.events for progress in everybody.values())
+    seen = Counter(event.of for event in events if event.event == "shown")
     had = {event.of for event in everybody.pop(person.id).events}
-    adapted = [lot for progress in everybody.values() for lot in _adapted(progress)]
+    adapted = chain.from_iterable(map(_adapted, everybody.values()))
     left = sorted((of, item) for of, item in adapted if of not in had and item not in person.adapted)
     if not left:
         return ""

@@ -6,7 +6,8 @@ import random
 from collections import Counter
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from functools import partial
+from itertools import chain, combinations
 from typing import TypeVar
 
 from ovita.errors import RequestError
@@ -24,7 +25,6 @@ class StudyPage:
     """One page of a person's study.
 
     Args:
-        id: Of the page, unlike every other of this person.
         kind: One of `questions.KINDS`.
         phase: Whether it belongs to the adaptation phase.
         position: Which page it is, from 1.
@@ -50,9 +50,7 @@ class Participant:
 
     Args:
         id: Such as "p07".
-        group: The stratum, or "".
         letters: What each condition is called on this person's pages.
-        pages: In the order in which they come.
     """
 
     id: str
@@ -77,13 +75,7 @@ def williams(k: int) -> tuple[tuple[int, ...], ...]:
     For an even k these are k orders in which each ordered pair of neighbours occurs once, for an odd one 2 k orders
     in which each occurs twice (Williams 1949).
     """
-    first = [0]
-    low, high = 1, k - 1
-    while low <= high:
-        first.append(low)
-        if low < high:
-            first.append(high)
-        low, high = low + 1, high - 1
+    first = [(i + 1) // 2 if i % 2 else (k - i // 2) % k for i in range(k)]
     rows = [tuple((value + shift) % k for value in first) for shift in range(k)]
     return tuple(rows if k % 2 == 0 or k == 1 else rows + [row[::-1] for row in rows])
 
@@ -121,6 +113,10 @@ def _items_per_person(design: StudyDesign, items: Sequence[str], conditions: Seq
     return count
 
 
+_page = partial(StudyPage, "", position=0)
+"""A page that has no number yet."""
+
+
 class _Layout:
     """What was given to whom so far; persons are laid out one after the other."""
 
@@ -131,6 +127,7 @@ class _Layout:
         self.given: Counter[tuple[Hashable, ...]] = Counter()
         self.rows = williams(len(conditions))
         self.pairs = tuple(combinations(conditions, 2))
+        self.shown = {"on": (True,), "off": (False,), "both": (True, False)}[design.explanation]
 
     def person(self, number: int, group: str, count: int) -> Participant:
         """The pages of one more person."""
@@ -139,32 +136,31 @@ class _Layout:
         adapted = self._fewest("adapted", [i for i in self.items if i not in rated], design.adapt.items, group)
         chance.shuffle(rated)
         letters = dict(zip(self.conditions, chance.sample(LETTERS, len(self.conditions)), strict=True))
-        shown = {"on": (True,), "off": (False,), "both": (True, False)}[design.explanation]
         early = [name for name in design.questionnaires if name == "tlx" and adapted]
         late = [name for name in design.questionnaires if name not in early]
-        pages = [StudyPage("", "introduction", "adapt" if adapted else "rate", 0)]
+        pages = [_page("introduction", "adapt" if adapted else "rate")]
         for item in adapted:
-            told = self._even("told in adapting", shown, number, item)
-            pages.append(StudyPage("", "adapt", "adapt", 0, item, explanation=told))
-        pages += [StudyPage("", name, "adapt", 0) for name in early]
-        blocks = [self._block(item, number, shown) for item in rated]
-        pages += [page for block in self._with_checks(blocks) for page in block]
+            told = self._even("told in adapting", self.shown, number, item)
+            pages.append(_page("adapt", "adapt", item=item, explanation=told))
+        pages += [_page(name, "adapt") for name in early]
+        blocks = [self._block(item, number) for item in rated]
+        pages += chain.from_iterable(self._with_checks(blocks))
         for _ in range(design.adapt.judging):
-            told = self._even("told in judging", shown, number, "")
-            pages.append(StudyPage("", "judge", "rate", 0, explanation=told))
-        pages += [StudyPage("", name, "rate", 0) for name in (*late, "closing")]
+            pages.append(_page("judge", "rate", explanation=self._even("told in judging", self.shown, number, "")))
+        pages += [_page(name, "rate") for name in (*late, "closing")]
         numbered = tuple(replace(page, id=f"s{i:03d}", position=i) for i, page in enumerate(pages, 1))
         return Participant(f"p{number:0{len(str(len(design.people)))}d}", group, letters, numbered)
 
-    def _block(self, item: str, number: int, shown: tuple[bool, ...]) -> list[StudyPage]:
+    def _block(self, item: str, number: int) -> list[StudyPage]:
         """The pages about an item: each condition in turn, then two side by side."""
-        told = self._even("told", shown, number, item)
+        told = self._even("told", self.shown, number, item)
         row = self._even("row", self.rows, number, item)
-        pages = [StudyPage("", "rate", "rate", 0, item, (self.conditions[i],), told) for i in row]
+        pages = [_page("rate", "rate", item=item, conditions=(self.conditions[i],), explanation=told) for i in row]
         if self.design.preference and self.pairs:
             pair = self._even("pair", self.pairs, number, item)
             turned = self._even(("side", pair), (False, True), number, item)
-            pages.append(StudyPage("", "preference", "rate", 0, item, pair[::-1] if turned else pair, told))
+            beside = pair[::-1] if turned else pair
+            pages.append(_page("preference", "rate", item=item, conditions=beside, explanation=told))
         return pages
 
     def _with_checks(self, blocks: list[list[StudyPage]]) -> list[list[StudyPage]]:
@@ -173,7 +169,7 @@ class _Layout:
         for _ in range(self.design.attention):
             expected = self.chance.choice((1, 2, 4, 5))
             at = self.chance.randint(1, len(found))
-            found.insert(at, [StudyPage("", "attention", "rate", 0, expected=expected)])
+            found.insert(at, [_page("attention", "rate", expected=expected)])
         return found
 
     def _fewest(self, what: str, pool: Sequence[str], count: int, group: str) -> list[str]:

@@ -66,7 +66,6 @@ class StudyDesign:
     """What a study asks, and of how many people.
 
     Args:
-        title: As people read it.
         consent: The file with the text that people agree to, beside the design's file.
         participants: How many links are made; the sum of `groups` where there are any.
         groups: People by group, such as {"expert": 15, "other": 15}; each sees the items equally often.
@@ -80,7 +79,6 @@ class StudyDesign:
         attention: Pages that check that a person reads.
         comments: Whether each page has room for a remark.
         contact: Whom people turn to, shown on every page.
-        adapt: The adaptation phase.
         conditions: Names for the records that are compared: name -> "WRITER" or "WRITER/CONDITION"; all where empty.
 
     Raises:
@@ -137,7 +135,6 @@ class FoundedStudy:
         id: Random; answers from elsewhere must bear it.
         created: When, in UTC (ISO 8601).
         names: The conditions, in the order of their names.
-        consent_sha256: Of the consent text that people agree to.
         runs: The runs' folders, by their names only.
     """
 
@@ -158,8 +155,7 @@ def read_design(path: str | os.PathLike[str]) -> StudyDesign:
     file = str(path)
     document = parse_toml(read_text(path), file)
     check_keys(document, [item.name for item in fields(StudyDesign)], file)
-    design: StudyDesign = validated(StudyDesign, document, file)
-    return design
+    return validated(StudyDesign, document, file)
 
 
 def read_founded(path: str | os.PathLike[str]) -> FoundedStudy:
@@ -168,10 +164,7 @@ def read_founded(path: str | os.PathLike[str]) -> FoundedStudy:
     Raises:
         FormatError: If it cannot be read.
     """
-    file = str(path)
-    document = parse_toml(read_text(path), file)
-    founded: FoundedStudy = validated(FoundedStudy, document, file)
-    return founded
+    return validated(FoundedStudy, parse_toml(read_text(path), str(path)), str(path))
 
 
 def consent_text(path: str | os.PathLike[str]) -> str:
@@ -200,9 +193,9 @@ def digest(text: str) -> str:
 def written(founded: FoundedStudy) -> str:
     """The text of a study.toml."""
     note = (
-        "# Written by `ovita study new`. People see what follows from it; leave it as it is once the study has begun.\n"
+        "# Written by `ovita study new`. People see what follows from it; leave it as it is once the study has begun."
     )
-    return note + "\n".join(_lines(_document(founded), ())) + "\n"
+    return "\n".join([note, *_lines(_document(founded), ()), ""])
 
 
 def _document(value: Any) -> dict[str, Any]:

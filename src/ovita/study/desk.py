@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ovita.request import FeedbackOn
 from ovita.study import pages
 from ovita.study.adapting import Conversations
 from ovita.study.answers import StudyEvent, StudyProgress, draw, note, progress_of, seconds_between, whose, withdraw
@@ -131,9 +132,8 @@ class StudyDesk:
             return DeskAnswer(self._drawn(progress, page, given, missing))
         when = now()
         seconds = seconds_between(progress.first_shown(page.id), when)
-        note(
-            self.study, progress.person, StudyEvent("answer", when, page=page.id, values=values, seconds=seconds, of=of)
-        )
+        answer = StudyEvent("answer", when, page=page.id, values=values, seconds=seconds, of=of)
+        note(self.study, progress.person, answer)
         return DeskAnswer()
 
     def _say(self, progress: StudyProgress, form: Mapping[str, str]) -> None:
@@ -144,6 +144,5 @@ class StudyDesk:
         progress = progress_of(self.study, progress.person)
         turn = len(progress.turns(page.id)) + 1
         if form.get("turn") == str(turn) and turn <= self.study.design.adapt.turns:
-            self._conversations.say(
-                progress, page, form["said"], "original" if form.get("on") == "original" else "current"
-            )
+            on: FeedbackOn = "original" if form.get("on") == "original" else "current"
+            self._conversations.say(progress, page, form["said"], on)

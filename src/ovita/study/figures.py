@@ -46,12 +46,16 @@ def study_panel(found: Analysis, watermark: str = "") -> Figure:
     _differences(axes[5], "F  explanation, phase, group", factors, "one level of each")
     _worth(axes[6], "G  preference: worth", found, color)
     _questionnaires(axes[7], "H  questionnaires (0 to 100)", found)
-    for part in axes if watermark else ():
+    if watermark:
+        _marked(figure, axes, watermark)
+    return figure
+
+
+def _marked(figure: Figure, axes: Sequence[Axes], watermark: str) -> None:
+    for part in axes:
         part.text(0.5, 0.5, watermark.split(":")[0], transform=part.transAxes, ha="center", va="center", rotation=30,
                   fontsize=44, color="#d00000", alpha=0.22, zorder=10, weight="bold")  # fmt: skip
-    if watermark:
-        figure.suptitle(watermark, color="#d00000", fontsize=13)
-    return figure
+    figure.suptitle(watermark, color="#d00000", fontsize=13)
 
 
 def _points(axes: Axes, title: str, points: Sequence[tuple[str, Estimate, str]], span: tuple[float, float]) -> None:
@@ -103,10 +107,10 @@ def _levels(axes: Axes, title: str, found: Analysis, color: dict[str, str]) -> N
     axes.set_yticks(range(1, 6))
     parts = [s for s in found.summaries if (s.question, s.phase) == ("correctness", "rate") and s.group != OVERALL]
     groups = sorted({s.group for s in parts})
-    for k, name in enumerate(color):
-        for s in [s for s in parts if s.condition == name]:
-            x = groups.index(s.group) + 0.7 * (k - (len(color) - 1) / 2) / max(1, len(color))
-            _spread(axes, x, s.mean, color[name], label=short(name) if s.group == groups[0] else "")
+    names = list(color)
+    for s in sorted(parts, key=lambda s: names.index(s.condition)):
+        x = groups.index(s.group) + 0.7 * (names.index(s.condition) - (len(color) - 1) / 2) / max(1, len(color))
+        _spread(axes, x, s.mean, color[s.condition], label=short(s.condition) if s.group == groups[0] else "")
     axes.set_xticks(range(len(groups)), [short(group) for group in groups], fontsize=8)
     if parts:
         axes.set_xlim(-0.6, len(groups) - 0.4)
@@ -138,19 +142,16 @@ def _differences(axes: Axes, title: str, rows: Sequence[Contrast], otherwise: st
 
 def _worth(axes: Axes, title: str, found: Analysis, color: dict[str, str]) -> None:
     preferred = found.preferred
-    names = preferred.strengths.names if preferred else ()
-    worth = preferred.worth if preferred else ()
-    points = [(name, w, color.get(name, COLORS[6])) for name, w in zip(names, worth, strict=True)]
-    _points(axes, title, points, (0, 1))
+    named = zip(preferred.strengths.names, preferred.worth, strict=True) if preferred else ()
+    _points(axes, title, [(name, worth, color.get(name, COLORS[6])) for name, worth in named], (0, 1))
 
 
 def _questionnaires(axes: Axes, title: str, found: Analysis) -> None:
     points = [(f"{s.instrument}{' ' + s.condition if s.condition else ''}", s.mean, COLORS[5]) for s in found.scores]
     _points(axes, title, points, (0, 100))
     if points:
-        axes.set_xticks(
-            range(len(points)), [short(name) for name, _, _ in points], fontsize=7.5, rotation=40, ha="right"
-        )
+        names = [short(name) for name, _, _ in points]
+        axes.set_xticks(range(len(points)), names, fontsize=7.5, rotation=40, ha="right")
 
 
 def _or_missing(axes: Axes, drawn: bool, otherwise: str = "not asked") -> None:

@@ -51,8 +51,6 @@ class StudyFolder:
     """A study on disk.
 
     Args:
-        founded: The design and what was added to it.
-        participants: By id.
         tokens: The secret part of each person's link, by id.
     """
 
@@ -70,20 +68,15 @@ class StudyFolder:
     def whose(self, token: str) -> Participant | None:
         """The person of a link, found in a time that does not depend on how much of it is right."""
         brought = token.encode("utf-8", "replace")
-        found = None
-        for name, secret in self.tokens.items():
-            if hmac.compare_digest(brought, secret.encode()):
-                found = self.participants[name]
-        return found
+        fits = [name for name, secret in self.tokens.items() if hmac.compare_digest(brought, secret.encode())]
+        return self.participants[fits[-1]] if fits else None
 
     @cached_property
     def items(self) -> Mapping[str, StudyItem]:
         """What is shown, by sample."""
-        found = {}
-        for file in sorted((self.path / ITEMS).glob("*.json")):
-            item: StudyItem = validated(StudyItem, parse_object(read_text(file), str(file)), str(file))
-            found[item.sample] = item
-        return found
+        files = sorted((self.path / ITEMS).glob("*.json"))
+        items = (validated(StudyItem, parse_object(read_text(file), str(file)), str(file)) for file in files)
+        return {item.sample: item for item in items}
 
     def answers_of(self, participant: str) -> Path:
         """The file with a person's answers."""
@@ -104,10 +97,7 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
         RequestError: If the design cannot be met, or the folder is in use.
     """
     design = replace(read_design(file), **dict(changes or {}))  # type: ignore[arg-type]
-    text = consent_text(Path(file).parent / design.consent)
-    if UNFINISHED in text and not design.pilot:
-        problem = "is still the example's text; write your own, or set pilot = true for a trial"
-        raise FormatError(str(Path(file).parent / design.consent), problem)
+    text = _finished_consent(Path(file).parent / design.consent, design)
     items = gather(runs, design.conditions, design.items)
     names = tuple(items[0].results)
     people = assign(design, [item.sample for item in items], names)
@@ -118,7 +108,7 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
     tokens = {person.id: secrets.token_urlsafe(TOKEN_BYTES) for person in people}
     building = folder.with_name(f".{folder.name}.{secrets.token_hex(4)}")
     try:
-        _write(building, founded, text, items, people, tokens)
+        _write(StudyFolder(building, founded, text, {person.id: person for person in people}, tokens), items)
         if folder.exists():
             folder.rmdir()
         os.replace(building, folder)
@@ -127,6 +117,13 @@ def found_study(file: str, runs: Sequence[str], out: str, changes: Mapping[str, 
     finally:
         shutil.rmtree(building, ignore_errors=True)
     return open_study(out)
+
+
+def _finished_consent(file: Path, design: StudyDesign) -> str:
+    text = consent_text(file)
+    if UNFINISHED in text and not design.pilot:
+        raise FormatError(str(file), "is still the example's text; write your own, or set pilot = true for a trial")
+    return text
 
 
 def open_study(path: str | os.PathLike[str]) -> StudyFolder:
@@ -141,13 +138,11 @@ def open_study(path: str | os.PathLike[str]) -> StudyFolder:
     founded = read_founded(folder / STUDY)
     text = consent_text(folder / CONSENT)
     if digest(text) != founded.consent_sha256:
-        raise FormatError(
-            str(folder / CONSENT), "differs from the text the study was made with; another text is another study"
-        )
+        problem = "differs from the text the study was made with; another text is another study"
+        raise FormatError(str(folder / CONSENT), problem)
     layout = folder / LAYOUT
-    people: tuple[Participant, ...] = validated(
-        tuple[Participant, ...], parse_object(read_text(layout), str(layout)).get("participants"), str(layout)
-    )
+    listed = parse_object(read_text(layout), str(layout)).get("participants")
+    people: tuple[Participant, ...] = validated(tuple[Participant, ...], listed, str(layout))
     return StudyFolder(folder, founded, text, {person.id: person for person in people}, _tokens(folder / LINKS))
 
 
@@ -156,25 +151,18 @@ def address_of(token: str) -> str:
     return f"/s/{token}"
 
 
-def _write(
-    folder: Path,
-    founded: FoundedStudy,
-    text: str,
-    items: Sequence[StudyItem],
-    people: Sequence[Participant],
-    tokens: Mapping[str, str],
-) -> None:
+def _write(study: StudyFolder, items: Sequence[StudyItem]) -> None:
+    folder, people = study.path, tuple(study.participants.values())
     make_folder(folder, mode=0o700)
     for name in (ITEMS, PARTICIPANTS, SESSIONS):
         make_folder(folder / name, mode=0o700)
-    atomic_write(folder / STUDY, written(founded))
-    atomic_write(folder / CONSENT, text + "\n")
+    atomic_write(folder / STUDY, written(study.founded))
+    atomic_write(folder / CONSENT, study.consent + "\n")
     for i, item in enumerate(items, 1):
         atomic_write(folder / ITEMS / f"i{i:04d}.json", json.dumps(plain(item), ensure_ascii=False) + "\n")
-    atomic_write(
-        folder / LAYOUT, json.dumps({"participants": plain(tuple(people))}, ensure_ascii=False, indent=1) + "\n"
-    )
-    links = [[person.id, person.group, address_of(tokens[person.id])] for person in people]
+    layout = json.dumps({"participants": plain(people)}, ensure_ascii=False, indent=1)
+    atomic_write(folder / LAYOUT, layout + "\n")
+    links = [[person.id, person.group, address_of(study.tokens[person.id])] for person in people]
     atomic_write(folder / LINKS, csv_text([["participant", "group", "path"], *links]))
     os.chmod(folder / LINKS, 0o600)
 

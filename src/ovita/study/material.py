@@ -6,10 +6,11 @@ import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from ovita.bench.dataset import natural
+from ovita.bench.dataset import natural, spread
 from ovita.bench.records import Record, Rows, read_records
 from ovita.errors import RequestError
 from ovita.io.documents import listing
@@ -34,12 +35,8 @@ class StudyItem:
     """A sample with what each condition made of it; equal only to itself, so that its pictures can be kept.
 
     Args:
-        sample: As in the runs.
-        instruction: What was said to the robot.
-        robot: Whose limits were enforced.
         scene: As in a scene file.
         original: Waypoints: x, y, z [m], speed [m/s].
-        results: By condition.
     """
 
     sample: str
@@ -68,25 +65,22 @@ def gather(runs: Sequence[str], conditions: Mapping[str, str], limit: int | None
     """
     found = _by_condition(runs, conditions)
     shared = set.intersection(*(set(records) for records in found.values()))
-    samples = [s for s in sorted(shared, key=natural) if _same([records[s] for records in found.values()])]
-    if not samples:
+    items = [{name: records[s] for name, records in found.items()} for s in sorted(shared, key=natural)]
+    alike = [records for records in items if _same(list(records.values()))]
+    if not alike:
         told = listing(f"{name} ({len(records)} samples)" for name, records in found.items())
         raise RequestError(f"no sample has a record of every condition: {told}; run them on the same dataset")
-    if limit is not None and limit < len(samples):
-        samples = [samples[i * len(samples) // limit] for i in range(limit)]
     secret = secrets_of(found)
-    return tuple(_item({name: records[s] for name, records in found.items()}, secret) for s in samples)
+    return tuple(_item(records, secret) for records in spread(alike, limit))
 
 
 def secrets_of(found: Mapping[str, Mapping[str, Record]]) -> tuple[str, ...]:
     """The names that no page may show: of conditions, writers and models; longest first."""
-    names = set(found)
-    for records in found.values():
-        for record in records.values():
-            names |= {record.writer, *(done.model for done in record.rounds)}
-    names |= {
-        part for name in set(names) for part in name.split(":") if len(part) > 3 and part.casefold() not in _WORDS
-    }
+    records = list(chain.from_iterable(mine.values() for mine in found.values()))
+    models = {done.model for done in chain.from_iterable(record.rounds for record in records)}
+    names = {*found, *models, *(record.writer for record in records)}
+    parts = {part for name in names for part in name.split(":")}
+    names |= {part for part in parts if len(part) > 3 and part.casefold() not in _WORDS}
     return tuple(sorted(filter(None, names), key=len, reverse=True))
 
 
@@ -101,16 +95,19 @@ def hidden(text: str, secret: Iterable[str]) -> str:
     return text
 
 
+def shown(lines: Iterable[str], secret: Iterable[str]) -> tuple[str, ...]:
+    """Lines that a person may read, each once."""
+    return tuple(dict.fromkeys(hidden(line.strip(), secret) for line in lines if line.strip()))
+
+
 def _by_condition(runs: Sequence[str], conditions: Mapping[str, str]) -> dict[str, dict[str, Record]]:
-    by_run = {run: defaultdict(dict) for run in dict.fromkeys(runs)}  # type: dict[str, defaultdict[str, dict[str, Record]]]
-    for run, groups in by_run.items():
-        for record in read_records(run):
-            groups[_name(record)][record.sample] = record
-    times = Counter(name for groups in by_run.values() for name in groups)
-    found: dict[str, dict[str, Record]] = {}
-    for run, groups in by_run.items():
-        for name, records in groups.items():
-            found[name if times[name] == 1 else f"{name} in {Path(run).name}"] = records
+    by_run = {run: _by_name(read_records(run)) for run in dict.fromkeys(runs)}
+    times = Counter(chain.from_iterable(by_run.values()))
+    found = {
+        name if times[name] == 1 else f"{name} in {Path(run).name}": records
+        for run, groups in by_run.items()
+        for name, records in groups.items()
+    }
     if conditions:
         found = {name: _wanted(wanted, found) for name, wanted in conditions.items()}
     if not found:
@@ -118,8 +115,13 @@ def _by_condition(runs: Sequence[str], conditions: Mapping[str, str]) -> dict[st
     return {name.replace("|", "/"): found[name] for name in sorted(found)}
 
 
-def _name(record: Record) -> str:
-    return record.writer if record.condition == "default" else f"{record.writer}/{record.condition}"
+def _by_name(records: Iterable[Record]) -> dict[str, dict[str, Record]]:
+    """Records by the name of their condition, and by sample."""
+    found: dict[str, dict[str, Record]] = defaultdict(dict)
+    for record in records:
+        name = record.writer if record.condition == "default" else f"{record.writer}/{record.condition}"
+        found[name][record.sample] = record
+    return found
 
 
 def _wanted(name: str, found: Mapping[str, dict[str, Record]]) -> dict[str, Record]:
@@ -146,7 +148,4 @@ def _result(record: Record, secret: Sequence[str]) -> ConditionResult:
     if not done.executable:
         asked = done.error if done.status == "needs_clarification" else ""
         return ConditionResult(record.original, False, tuple(filter(None, [hidden(asked, secret)])))
-    lines = done.explanation.splitlines() or done.plan
-    return ConditionResult(
-        done.adapted, True, tuple(dict.fromkeys(hidden(x.strip(), secret) for x in lines if x.strip()))
-    )
+    return ConditionResult(done.adapted, True, shown(done.explanation.splitlines() or done.plan, secret))

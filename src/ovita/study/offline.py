@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hmac
 import json
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,10 +49,9 @@ def write_files(study: StudyFolder, out: str) -> tuple[Path, ...]:
             " make one with items = 0 under [adapt]"
         )
     folder = make_folder(out)
-    found = []
-    for person in study.participants.values():
-        found.append(folder / f"{person.id}.html")
-        atomic_write(found[-1], _file(study, person))
+    found = {folder / f"{person.id}.html": person for person in study.participants.values()}
+    for file, person in found.items():
+        atomic_write(file, _file(study, person))
     return tuple(found)
 
 
@@ -68,22 +68,21 @@ def collect(study: StudyFolder, file: str) -> Collected:
     progress = progress_of(study, person)
     if progress.withdrawn:
         raise RequestError(f"{file}: {person.id} withdrew, so nothing is taken in; delete this file")
-    if any(event.event == WITHDRAWN for event in events):
+    said = {event.event for event in events}
+    if WITHDRAWN in said:
         withdraw(study, person)
         return Collected(person.id, withdrawn=True)
-    if not any(event.event == "consent" for event in events):
+    if "consent" not in said:
         raise FormatError(file, "holds no consent, so nothing is taken in; delete this file")
-    new = known = 0
     have = {(event.event, event.page) for event in progress.events}
+    counted: Counter[bool] = Counter()
     for event in events:
         key = event.event, event.page
-        answered = event.event == "answer"
-        known += answered and key in have
+        counted[key in have] += event.event == "answer"
         if key not in have:
             have.add(key)
             note(study, person, event)
-            new += answered
-    return Collected(person.id, new, known)
+    return Collected(person.id, counted[False], counted[True])
 
 
 def _owner(study: StudyFolder, first: list[dict[str, Any]], file: str) -> Participant:
@@ -103,9 +102,7 @@ def _event(study: StudyFolder, person: Participant, line: dict[str, Any], file: 
     match event.event:
         case "consent" if event.consent_sha256 == study.founded.consent_sha256:
             return event
-        case "withdrawn":
-            return event
-        case "shown" if page is not None:
+        case "withdrawn" | "shown" if page is not None or event.event == WITHDRAWN:
             return event
         case "answer" if page is not None and event.seconds >= 0.0:
             form = {name: str(value) for name, value in (event.values or {}).items()}

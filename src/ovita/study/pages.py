@@ -50,8 +50,7 @@ def plotly() -> str:
     """
     with needs("plotly", "plot"):
         from plotly.offline import get_plotlyjs
-    text: str = get_plotlyjs()
-    return text
+    return str(get_plotlyjs())
 
 
 @cache
@@ -190,13 +189,8 @@ def drawing(adapted: Trajectory, item: StudyItem) -> dict[str, Any]:
 
 
 def _side(item: StudyItem, name: str, person: Participant) -> dict[str, Any]:
-    result = item.results[name]
-    return {
-        "letter": person.letters[name],
-        "figure": _drawn(item, name),
-        "lines": result.told,
-        "changed": result.changed,
-    }
+    result, letter = item.results[name], person.letters[name]
+    return {"letter": letter, "figure": _drawn(item, name), "lines": result.told, "changed": result.changed}
 
 
 @lru_cache(maxsize=4000)

@@ -8,7 +8,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import Literal
+from typing import Any, Literal
 
 from ovita.bench.report import csv_text
 from ovita.errors import FormatError
@@ -36,11 +36,9 @@ class Rating:
         phase: Whether the person adapted the trajectory ("adapt") or judges another's ("rate").
         item: The instruction and scene that it is about; "" for questions on the whole.
         condition: The system that answered; "A|B" for a preference between two; "" for questions on the whole.
-        explanation: Whether the explanation was shown.
         question: "correctness", "interpretability" (1..5), "preference" (the condition that is preferred, or "none"),
             "tlx_..." (0..100), "umux_1".."umux_2" (1..7), "sus_1".."sus_10" (1..5), "attention" (1 passed, 0 failed),
             "comment" (a text).
-        value: The answer.
         position: Which page of this person it was, from 1.
         seconds: Time to the answer [s].
         when: Date and time, ISO 8601.
@@ -65,8 +63,13 @@ class Rating:
 
 COLUMNS = tuple(field.name for field in fields(Rating))
 _FLAGS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
-_RANGES = {**dict.fromkeys(LIKERT, (1.0, 5.0)), "attention": (0.0, 1.0)}
-_PREFIXES = {"tlx_": (0.0, 100.0), "umux_": (1.0, 7.0), "sus_": (1.0, 5.0)}
+_RANGES = {
+    **dict.fromkeys((*LIKERT, "sus_"), (1.0, 5.0)),
+    "attention": (0.0, 1.0),
+    "tlx_": (0.0, 100.0),
+    "umux_": (1.0, 7.0),
+}
+"""The smallest and the largest answer, by how a question begins."""
 
 
 def answers_csv(ratings: Iterable[Rating]) -> str:
@@ -97,10 +100,8 @@ def read_answers(path: str | os.PathLike[str]) -> tuple[Rating, ...]:
 
 def allowed(question: str) -> tuple[float, float]:
     """The smallest and the largest answer to a question that is answered by a number."""
-    for prefix, span in _PREFIXES.items():
-        if question.startswith(prefix):
-            return span
-    return _RANGES.get(question, (-math.inf, math.inf))
+    spans = (span for prefix, span in _RANGES.items() if question.startswith(prefix))
+    return next(spans, (-math.inf, math.inf))
 
 
 def _rating(row: Mapping[str, str | None], file: str, line: int) -> Rating:
@@ -108,25 +109,13 @@ def _rating(row: Mapping[str, str | None], file: str, line: int) -> Rating:
     for name in ("participant", "question", "value"):
         if not cells[name] and cells["question"] != "comment":
             raise FormatError(file, f"line {line} has no {name}")
-    phase = cells["phase"]
-    if phase not in ("adapt", "rate"):
-        raise FormatError(file, f"line {line} has the phase {phase!r}; it is 'adapt' or 'rate'")
-    question = cells["question"]
-    return Rating(
-        participant=cells["participant"],
-        group=cells["group"],
-        phase="adapt" if phase == "adapt" else "rate",
-        item=cells["item"],
-        condition=cells["condition"],
-        explanation=_flag(cells, "explanation", file, line),
-        question=question,
-        value=cells["value"] if question in TEXTS else _number(cells, "value", file, line, allowed(question)),
-        position=int(_number(cells, "position", file, line, (0, math.inf))),
-        seconds=_number(cells, "seconds", file, line, (0, math.inf)),
-        when=cells["when"],
-        pilot=_flag(cells, "pilot", file, line),
-        adapter=cells["adapter"],
-    )
+    if cells["phase"] not in ("adapt", "rate"):
+        raise FormatError(file, f"line {line} has the phase {cells['phase']!r}; it is 'adapt' or 'rate'")
+    values: dict[str, Any] = {**cells, **{name: _flag(cells, name, file, line) for name in ("explanation", "pilot")}}
+    if cells["question"] not in TEXTS:
+        values["value"] = _number(cells, "value", file, line, allowed(cells["question"]))
+    values["position"] = int(_number(cells, "position", file, line, (0, math.inf)))
+    return Rating(**{**values, "seconds": _number(cells, "seconds", file, line, (0, math.inf))})
 
 
 def _flag(cells: Mapping[str, str], name: str, file: str, line: int) -> bool:

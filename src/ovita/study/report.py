@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -13,7 +14,7 @@ from ovita.errors import MissingExtra, RequestError
 from ovita.io import atomic_write
 from ovita.io.files import make_folder
 from ovita.study.analysis import LEFT_OUT, Analysis, Screened, people_by_group
-from ovita.study.ratings import COLUMNS, LIKERT, Rating, written_row
+from ovita.study.ratings import COLUMNS, LIKERT, written_row
 from ovita.study.statistics import Estimate
 
 PILOT = "PILOT: a trial of the study, not data"
@@ -22,13 +23,8 @@ PILOT = "PILOT: a trial of the study, not data"
 PILOT_MARK = " (pilot)"
 """Follows a system's name wherever ratings of a trial leave the report."""
 
-RATINGS, CODEBOOK, ANALYSIS, SCRIPT, FOR_BENCH = (
-    "ratings.csv",
-    "codebook.md",
-    "analysis.md",
-    "clmm.R",
-    "interpretability.csv",
-)
+RATINGS, CODEBOOK, ANALYSIS, SCRIPT = "ratings.csv", "codebook.md", "analysis.md", "clmm.R"
+FOR_BENCH = "interpretability.csv"
 
 
 def write_study_report(
@@ -84,17 +80,20 @@ def codebook(found: Analysis) -> str:
     """What each column and each question of the ratings means, with how often each was answered."""
     rows = [["column", "meaning"], *([name, _MEANING[name]] for name in COLUMNS)]
     rows.append(["left_out", "why the rating does not count: " + "; ".join(f"{k}: {v}" for k, v in LEFT_OUT.items())])
-    asked: dict[str, list[Rating]] = {}
+    asked: dict[str, list[float | str]] = defaultdict(list)
     for r in found.screened.ratings:
-        asked.setdefault(r.question, []).append(r)
+        asked[r.question].append(r.value)
     questions = [["question", "answers", "smallest", "largest", "meaning"]]
-    for question, given in sorted(asked.items()):
-        numbers = [r.value for r in given if isinstance(r.value, float | int)]
-        ends = [f"{min(numbers):g}", f"{max(numbers):g}"] if numbers else ["-", "-"]
-        meaning = next((text for prefix, text in _QUESTIONS.items() if question.startswith(prefix)), "")
-        questions.append([question, str(len(given)), *ends, meaning])
+    questions += [_described(question, values) for question, values in sorted(asked.items())]
     mark = [f"> {PILOT}"] if found.pilot else []
     return "\n\n".join(["# Codebook of ratings.csv", *mark, pipes(rows), "## Questions", pipes(questions)]) + "\n"
+
+
+def _described(question: str, values: Sequence[float | str]) -> list[str]:
+    numbers = [value for value in values if not isinstance(value, str)]
+    ends = [f"{min(numbers):g}", f"{max(numbers):g}"] if numbers else ["-", "-"]
+    meaning = next((text for prefix, text in _QUESTIONS.items() if question.startswith(prefix)), "")
+    return [question, str(len(values)), *ends, meaning]
 
 
 def _sections(found: Analysis) -> Iterable[tuple[str, Table, str]]:
@@ -110,27 +109,33 @@ def _sections(found: Analysis) -> Iterable[tuple[str, Table, str]]:
         yield f"{question.capitalize()} by condition", _by_condition(found, question, "rate"), _UNITS
     for question in LIKERT:
         yield f"{question.capitalize()} while adapting", _by_condition(found, question, "adapt"), ""
-    rows = [["question", "test", "people", "conditions", "chi-squared", "df", "p", "Kendall's W"]]
-    for q, t in found.omnibus:
-        rows.append([q, "Friedman", str(t.n), str(t.k), f"{t.chi2:.3f}", str(t.k - 1), _p(t.p), f"{t.w:.2f}"])
-    yield "All conditions at once", rows, ""
+    heads = ["question", "test", "people", "conditions", "chi-squared", "df", "p", "Kendall's W"]
+    tests = [
+        [q, "Friedman", str(t.n), str(t.k), f"{t.chi2:.3f}", str(t.k - 1), _p(t.p), f"{t.w:.2f}"]
+        for q, t in found.omnibus
+    ]
+    yield "All conditions at once", [heads, *tests], ""
     for factor, heading, explained in _FACTORS:
         yield heading, _contrasts(found, factor), explained
-    rows = [["a", "b", "a preferred", "no difference", "b preferred", "n"]]
-    for (a, b), given in (found.preferred.counts if found.preferred else {}).items():
-        rows.append([a, b, *map(str, given), str(sum(given))])
-    yield "Preferences", rows, ""
+    yield from _asked(found)
+
+
+def _asked(found: Analysis) -> Iterable[tuple[str, Table, str]]:
+    """Preferences, questionnaires, agreement, and what others say of what was adapted."""
+    pairs = found.preferred.counts if found.preferred else {}
+    rows = [[a, b, *map(str, given), str(sum(given))] for (a, b), given in pairs.items()]
+    yield "Preferences", [["a", "b", "a preferred", "no difference", "b preferred", "n"], *rows], ""
     yield "Strength by preference", _strengths(found), _BRADLEY_TERRY
-    rows = [["instrument", "condition", "mean", "95 % interval", "people"]]
-    for s in found.scores:
-        rows.append([s.instrument, s.condition or "the whole", *_estimate(s.mean, "{:.1f}"), str(s.mean.n)])
-    yield "Questionnaires", rows, ""
-    rows = [["question", "condition", "Krippendorff's alpha", "95 % interval", "items rated twice or more"]]
-    rows += [[q, condition, *_estimate(alpha), str(alpha.n)] for q, condition, alpha in found.agreements]
-    yield "Agreement", rows, _ALPHA
-    rows = [["who adapted", "own correctness", "others' correctness", "95 % interval", "judges"]]
-    rows += [[x.participant, _number(x.own), *_estimate(x.others), str(x.others.n)] for x in found.adapters]
-    yield "Adaptations as others judge them", rows, ""
+    rows = [
+        [s.instrument, s.condition or "the whole", *_estimate(s.mean, "{:.1f}"), str(s.mean.n)] for s in found.scores
+    ]
+    yield "Questionnaires", [["instrument", "condition", "mean", "95 % interval", "people"], *rows], ""
+    heads = ["question", "condition", "Krippendorff's alpha", "95 % interval", "items rated twice or more"]
+    rows = [[q, condition, *_estimate(alpha), str(alpha.n)] for q, condition, alpha in found.agreements]
+    yield "Agreement", [heads, *rows], _ALPHA
+    heads = ["who adapted", "own correctness", "others' correctness", "95 % interval", "judges"]
+    rows = [[x.participant, _number(x.own), *_estimate(x.others), str(x.others.n)] for x in found.adapters]
+    yield "Adaptations as others judge them", [heads, *rows], ""
 
 
 def _people(found: Analysis) -> Table:
@@ -150,9 +155,9 @@ def _by_condition(found: Analysis, question: str, phase: str) -> Table:
     ]  # fmt: skip
     for s in found.summaries:
         if (s.question, s.phase) == (question, phase):
-            rows.append([s.condition, s.group, *_estimate(s.mean), *_estimate(s.success, "{:.1%}"), str(s.mean.n)])
-            rows[-1] += [str(s.ratings.n), f"{s.ratings.rate:.1%}", f"{s.ratings.low:.1%} to {s.ratings.high:.1%}"]
-            rows[-1] += [str(n) for n in s.counts]
+            people = *_estimate(s.mean), *_estimate(s.success, "{:.1%}"), str(s.mean.n)
+            ratings = str(s.ratings.n), f"{s.ratings.rate:.1%}", f"{s.ratings.low:.1%} to {s.ratings.high:.1%}"
+            rows.append([s.condition, s.group, *people, *ratings, *map(str, s.counts)])
     return rows
 
 
@@ -211,9 +216,8 @@ def _summary_csv(found: Analysis) -> str:
 
 
 def _why_none(screened: Screened) -> str:
-    found = [
-        f"{screened.reasons.count(reason)} were {why}" for reason, why in LEFT_OUT.items() if reason in screened.reasons
-    ]
+    counts = {why: screened.reasons.count(reason) for reason, why in LEFT_OUT.items()}
+    found = [f"{count} were {why}" for why, count in counts.items() if count]
     return f" ({'; '.join(found)})" if found else ""
 
 

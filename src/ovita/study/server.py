@@ -13,7 +13,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import IO
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 from ovita.bench.records import lock
 from ovita.errors import OvitaError, RequestError
@@ -80,13 +80,13 @@ class _Visit(BaseHTTPRequestHandler):
         try:
             answer = work()
         except OvitaError:
-            body = pages.document("A problem", pages.message(*pages.TROUBLE), pilot=False, drawn=False)
-            self._send(HTTPStatus.INTERNAL_SERVER_ERROR, body.encode(), {"Content-Type": "text/html; charset=utf-8"})
-            return
-        if not answer.page:
+            trouble = pages.document("A problem", pages.message(*pages.TROUBLE), pilot=False, drawn=False)
+            answer = DeskAnswer(trouble, HTTPStatus.INTERNAL_SERVER_ERROR)
+        if answer.page:
+            kind = {"Content-Type": "text/html; charset=utf-8"}
+            self._send(HTTPStatus(answer.status), answer.page.encode(), kind)
+        else:
             self._send(HTTPStatus.SEE_OTHER, b"", {"Location": urlsplit(self.path).path})
-            return
-        self._send(HTTPStatus(answer.status), answer.page.encode(), {"Content-Type": "text/html; charset=utf-8"})
 
     def _script(self, body: bytes, packed: bytes) -> None:
         kind = {"Content-Type": "text/javascript; charset=utf-8", "Cache-Control": "max-age=3600"}
@@ -159,14 +159,12 @@ def serving(server: StudyServer) -> Iterator[StudyServer]:
 
 
 def _token(path: str) -> str:
-    return path.removeprefix("/s/") if path.startswith("/s/") else ""
+    return path[3:] if path.startswith("/s/") else ""
 
 
 def _form(body: bytes) -> dict[str, str]:
     try:
-        return {
-            name: values[-1] for name, values in parse_qs(body.decode("utf-8", "replace"), max_num_fields=100).items()
-        }
+        return dict(parse_qsl(body.decode("utf-8", "replace"), max_num_fields=100))
     except ValueError:
         return {}
 

@@ -13,6 +13,9 @@ from ovita.paths.geometry import closest_to_point, fractions, lengths, path_dist
 from ovita.paths.part import PathPart, outside
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
+End = Literal["start", "goal"]
+Nearing = Literal["closer", "farther"]
+
 AIM = 0.15
 """Share of an amount by which a distance or a size may be missed."""
 
@@ -32,7 +35,7 @@ def passes_at(pair: Pair, place: Any, at_most: float, *, at_least: float = 0.0, 
 
 
 @predicate
-def part_approached(pair: Pair, place: Any, sense: Literal["closer", "farther"], *, where: Where = None) -> CheckResult:
+def part_approached(pair: Pair, place: Any, sense: Nearing, *, where: Where = None) -> CheckResult:
     """A part of the path comes closer to a place, or stays farther from it, at its closest point."""
     centre, name = pair.place(place)
     wish, parts = f"come {sense} to {name}{said(where)}", pair.part(where)
@@ -57,8 +60,7 @@ def passes_beyond(
     centre, name = pair.place(place)
     axis = pair.scene.frame.direction(direction)
     fine = pair.fine - centre
-    along = fine @ axis
-    aside = np.linalg.norm(fine - along[:, None] * axis, axis=1)
+    along, aside = fine @ axis, _aside(fine, axis)
     beam = aside <= max(2 * pair.noticeable, 1.05 * float(aside.min()))
     reach = float(along[beam].min()) - pair.reach(place, axis)
     slack = max(AIM * (by or 0.0), 0.5 * pair.noticeable)
@@ -73,15 +75,12 @@ def passes_beside(pair: Pair, place: Any, direction: str) -> CheckResult:
     """Where the path is abreast of a place, or closest to it if it never is, it is on one side of it."""
     centre, name = pair.place(place)
     axis, up = pair.scene.frame.direction(direction), pair.scene.frame.direction("up")
-    fine = pair.fine - centre
-    if direction not in ("up", "down"):
-        flat = np.linalg.norm(fine - (fine @ up)[:, None] * up, axis=1)
-        near = fine[flat <= flat.min() + pair.noticeable]
-    else:
-        near = fine[np.linalg.norm(fine, axis=1) <= np.linalg.norm(fine, axis=1).min() + pair.noticeable]
+    fine, sideways = pair.fine - centre, direction not in ("up", "down")
+    gap = _aside(fine, up) if sideways else lengths(fine)
+    near = fine[gap <= gap.min() + pair.noticeable]
     across = fine @ np.cross(axis, up)
     passing = np.flatnonzero(across[1:] * across[:-1] <= 0)
-    if len(passing) and direction not in ("up", "down"):
+    if len(passing) and sideways:
         near = fine[passing[[int(np.argmin(np.abs(fine[passing] @ axis)))]]]
     reach = float(np.median(near @ axis))
     held = reach >= max(0.8 * pair.reach(place, axis), 0.5 * pair.noticeable)
@@ -89,9 +88,7 @@ def passes_beside(pair: Pair, place: Any, direction: str) -> CheckResult:
 
 
 @predicate
-def end_beside(
-    pair: Pair, end: Literal["start", "goal"], place: Any, direction: str, *, by: float | None = None
-) -> CheckResult:
+def end_beside(pair: Pair, end: End, place: Any, direction: str, *, by: float | None = None) -> CheckResult:
     """An end lies outside a place along a direction, by so many metres from its surface or centre."""
     centre, name = pair.place(place)
     axis = pair.scene.frame.direction(direction)
@@ -106,14 +103,7 @@ def end_beside(
 
 
 @predicate
-def end_aimed(
-    pair: Pair,
-    end: Literal["start", "goal"],
-    place: Any,
-    sense: Literal["closer", "farther"],
-    *,
-    by: float | None = None,
-) -> CheckResult:
+def end_aimed(pair: Pair, end: End, place: Any, sense: Nearing, *, by: float | None = None) -> CheckResult:
     """An end came nearer to a place or went farther from it, by so many metres or as far as it goes."""
     centre, name = pair.place(place)
     row = 0 if end == "start" else -1
@@ -161,7 +151,7 @@ def within_bound(
     fact = f"the path reaches {along.min():.3f} to {most:.3f} m {direction}"
     if otherwise:
         shift = pair.shift[pair.found]
-        across = float(np.linalg.norm(shift - (shift @ axis)[:, None] * axis, axis=1).mean())
+        across = float(_aside(shift, axis).mean())
         held = held and across <= 5 * pair.noticeable
         fact += f", and moved {across:.3f} m sideways on average"
     return say(held, wish, fact)
@@ -196,16 +186,16 @@ def speed_within(
         slack: Share of the bound by which it may be missed.
     """
     old, new = (rows[:, 3] for rows in pair.part(where))
-    wish = f"keep the speed within {at_least or 0:g} and {at_most or np.inf:g} m/s{said(where)}"
+    bottom, top = at_least or 0.0, at_most or np.inf
+    wish = f"keep the speed within {bottom:g} and {top:g} m/s{said(where)}"
     moving = (new > 0.05 * float(pair.original[:, 3].mean())) & (old > 0)
     if not moving.any():
         return say(False, wish, "the robot does not move there")
     low, high = float(np.quantile(new[moving], 0.05)), float(new[moving].max())
-    held = (at_most is None or high <= (1 + slack) * at_most) and (at_least is None or low >= (1 - slack) * at_least)
-    inside = moving & (old <= (at_most or np.inf)) & (old >= (at_least or 0.0))
-    held = held and (
-        not otherwise or not inside.any() or float(np.median(np.abs(new - old)[inside] / old[inside])) <= 0.1
-    )
+    held = high <= (1 + slack) * top and low >= (1 - slack) * bottom
+    inside = moving & (old <= top) & (old >= bottom)
+    if otherwise and inside.any():
+        held = held and float(np.median(np.abs(new - old)[inside] / old[inside])) <= 0.1
     return say(held, wish, f"the speed runs from {low:.3f} to {high:.3f} m/s")
 
 
@@ -243,15 +233,18 @@ def accelerates(pair: Pair, rate: float, *, where: Where = None) -> CheckResult:
 @predicate
 def scaled(pair: Pair, factor: float, *, where: Where = None, about: Any = None) -> CheckResult:
     """Distances within the path are so many times as large, within 10 %, and a fixed point stays."""
+    wish = f"scale the path by {factor:g}{said(where)}"
     old, new = (rows[:, :3] for rows in pair.part(where))
-    sizes = [float(np.linalg.norm(rows - rows.mean(axis=0), axis=1).mean()) for rows in (old, new)]
+    if not len(old):
+        return say(False, wish, GONE)
+    sizes = [float(lengths(rows - rows.mean(axis=0)).mean()) for rows in (old, new)]
     ratio = sizes[1] / max(sizes[0], 1e-12)
     held, fact = abs(ratio / factor - 1.0) <= 0.1, f"the path is {ratio:.2f} times as large"
     if about is not None:
         centre, name = pair.place(about)
         off = float(np.abs(new - centre - factor * (old - centre)).max())
         held, fact = held and off <= 3 * pair.noticeable, f"{fact}, up to {off:.3f} m off that about {name}"
-    return say(held, f"scale the path by {factor:g}{said(where)}", fact)
+    return say(held, wish, fact)
 
 
 @predicate
@@ -280,13 +273,12 @@ def winds(pair: Pair, around: Any, turns: float, *, radius: float | None = None,
     centre, name = pair.place(around)
     up = pair.scene.frame.direction("up")
     old, new = swept(pair.original[:, :3], centre, up), swept(pair.adapted[:, :3], centre, up)
-    fine = pair.fine - centre
-    flat = np.linalg.norm(fine - (fine @ up)[:, None] * up, axis=1)
     added = pair.adapted[~pair.match.old, :3] if (~pair.match.old).sum() > 8 else pair.adapted[:, :3]
-    away = added - centre
-    ring = float(np.median(np.linalg.norm(away - (away @ up)[:, None] * up, axis=1)))
+    ring = float(np.median(_aside(added - centre, up)))
     total = float((new[-1] - new[0]) - (old[-1] - old[0])) / (2 * np.pi)
-    held = abs(abs(total) - turns) <= (0.35 if turns == round(turns) else 0.55) and float(flat.max()) > 0.0
+    held = abs(abs(total) - turns) <= (0.35 if turns == round(turns) else 0.55) and bool(
+        _aside(pair.fine - centre, up).any()
+    )
     held = held and (radius is None or abs(ring - radius) <= max(AIM * radius, pair.noticeable))
     held = held and (not sense or (total < 0) == (sense == "cw"))
     fact = f"the path winds {total:.2f} turns more around {name}, at {ring:.3f} m"
@@ -335,12 +327,7 @@ def bends(pair: Pair, change: Literal["more", "less"], *, where: Where = None, s
 
 @predicate
 def swings(
-    pair: Pair,
-    least: int,
-    *,
-    amplitude: float | None = None,
-    where: Where = None,
-    irregular: bool = False,
+    pair: Pair, least: int, *, amplitude: float | None = None, where: Where = None, irregular: bool = False
 ) -> CheckResult:
     """The path swings about the original in one part of it and nowhere else.
 
@@ -424,6 +411,11 @@ def flipped(pair: Pair, directions: Sequence[str], *, where: Where = None) -> Ch
         off = max(off, float(((old + sign * new) @ axis).std()))
     held = off <= 5 * pair.noticeable
     return say(held, f"mirror the path {' and '.join(directions)}", f"it deviates from that by {off:.3f} m")
+
+
+def _aside(vectors: Array, axis: Array) -> Array:
+    """Lengths (N,) of vectors (N, 3) across a unit vector (3,)."""
+    return lengths(vectors - (vectors @ axis)[:, None] * axis)
 
 
 def _sagitta(rows: Array) -> float:

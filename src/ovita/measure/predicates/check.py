@@ -158,9 +158,10 @@ class Pair:
         return 0.0 if item is None else extent_along(item, axis)
 
     def stretch(self, where: Where) -> Array:
-        """The adapted positions (K, 3) [m] of a part of the original; all of them where nothing of it is left."""
+        """The adapted positions (K, 3) [m], K >= 2, of a part of the original; of all of it where nothing is left."""
         _, rows = (self.original, self.adapted) if where is None else self.part(where)
-        return (rows if len(rows) else self.adapted)[:, :3]
+        rows = rows if len(rows) else self.adapted
+        return rows[[0, *range(len(rows))], :3]  # the first twice, so that a single one is a segment, too
 
     def part(self, where: Where) -> tuple[Array, Array]:
         """The waypoints of a part that are left: original rows (K, 4) and the adapted rows (K, 4) that they became."""
@@ -239,17 +240,12 @@ class Check:
             if self.arguments or not self.children or (self.kind == "not_" and len(self.children) != 1):
                 wanted = "exactly one child" if self.kind == "not_" else "at least one child"
                 raise ValueError(f"{self.kind} takes {wanted} and no arguments")
-            return
-        if self.kind not in _PREDICATES:
+        elif self.kind not in _PREDICATES:
             raise ValueError(f"unknown check {self.kind!r}; known are {', '.join(sorted(kinds()))}")
-        if self.children:
+        elif self.children:
             raise ValueError(f"{self.kind} takes no children; combine checks with all_of, any_of and not_")
-        needed, known = _taken(self.kind)
-        if not needed <= self.arguments.keys() <= known:
-            try:
-                _SIGNATURES[self.kind].bind(**self.arguments)
-            except TypeError as error:
-                raise ValueError(f"{self.kind}: {error}") from None
+        elif not (taken := _taken(self.kind))[0] <= self.arguments.keys() <= taken[1]:
+            _bind(self.kind, **self.arguments)
 
     def __hash__(self) -> int:
         return hash(json.dumps(self.to_dict(), sort_keys=True))
@@ -270,11 +266,9 @@ class Check:
 
     def passes(self, pair: Pair) -> bool:
         """Whether `judge_pair` passes; looks no further than it must."""
-        match self.kind:
-            case "all_of":
-                return all(child.passes(pair) for child in self.children)
-            case "any_of":
-                return any(child.passes(pair) for child in self.children)
+        if self.kind in ("all_of", "any_of"):
+            combine = all if self.kind == "all_of" else any
+            return combine(child.passes(pair) for child in self.children)
         return self.judge_pair(pair).passed
 
     def to_dict(self) -> dict[str, JSON]:
@@ -314,11 +308,7 @@ def predicate(judge: Callable[Concatenate[Pair, P], CheckResult]) -> Callable[P,
 
     @functools.wraps(judge)
     def build(*args: P.args, **kwargs: P.kwargs) -> Check:
-        try:
-            given = public.bind(*args, **kwargs).arguments
-        except TypeError as error:
-            raise ValueError(f"{kind}: {error}") from None
-        defaults = public.parameters
+        given, defaults = _bind(kind, *args, **kwargs), public.parameters
         return Check(kind, {name: value for name, value in given.items() if value != defaults[name].default})
 
     vars(build).pop("__wrapped__")
@@ -385,6 +375,14 @@ def _plain(value: Any) -> JSON:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise ValueError(f"a check's arguments are JSON values; {value!r} is none")
+
+
+def _bind(kind: str, *args: Any, **kwargs: Any) -> dict[str, Any]:
+    """Arguments by name, where they fit a predicate."""
+    try:
+        return _SIGNATURES[kind].bind(*args, **kwargs).arguments
+    except TypeError as error:
+        raise ValueError(f"{kind}: {error}") from None
 
 
 @functools.cache

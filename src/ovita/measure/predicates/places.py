@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, Unpack
 
 import numpy as np
@@ -19,13 +21,15 @@ from ovita.measure.predicates.check import (
     selected,
     stated,
 )
-from ovita.paths.geometry import Mask, closest_to_point, fractions, path_distances, runs
+from ovita.paths.geometry import Mask, closest_to_point, fractions, lengths, path_distances, runs
 from ovita.paths.scene import DIRECTIONS
 from ovita.paths.trajectory import Array
 from ovita.toolkit.approach import radius_of
 from ovita.toolkit.arguments import OffsetLimits
 
 Amount: TypeAlias = Literal["little", "much"]
+
+BY: Mapping[Amount, str] = {"little": ", but only a little", "much": ", by a lot"}
 
 RIVAL = 1.5
 """If the distance to another object changes so many times as much, that object was meant."""
@@ -121,11 +125,8 @@ def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> Ch
     if item is not None and item.dimensions is not None:
         gap = item.cuboid.closest(pair.adapted[:, :3])[0]
         distance = max(gap, 0.0) if gap <= pair.noticeable else distance
-    return say(
-        distance <= allowed,
-        f"pass through {name}",
-        f"the path comes within {distance:.3f} m of {name} (at most {allowed:.3f} m)",
-    )
+    fact = f"the path comes within {distance:.3f} m of {name} (at most {allowed:.3f} m)"
+    return say(distance <= allowed, f"pass through {name}", fact)
 
 
 @predicate
@@ -138,9 +139,8 @@ def passes_between(pair: Pair, a: Any, b: Any) -> CheckResult:
     off = np.linalg.norm(fine - p - share[:, None] * (q - p), axis=1)
     off = np.where((share >= 0.2) & (share <= 0.8), off, np.inf)
     least = float(off.min())
-    fact = (
-        f"the path passes {least:.3f} m from the line between them" if np.isfinite(least) else "it passes beside them"
-    )
+    beside, line = "it passes beside them", f"the path passes {least:.3f} m from the line between them"
+    fact = line if np.isfinite(least) else beside
     return say(least <= 0.15 * gap, f"pass between {first} and {second}", fact)
 
 
@@ -168,6 +168,57 @@ def passes_over(pair: Pair, place: Any) -> CheckResult:
     return say(least <= footprint + 3 * pair.noticeable, f"pass over {name}", fact)
 
 
+@dataclass(frozen=True)
+class _Approach:
+    """How distances to places change over the masked waypoints, from rows (N, 3); sign +1: farther, -1: closer."""
+
+    pair: Pair
+    rows: Array
+    mask: Mask
+    sign: float
+    whole: bool
+
+    def distances(self, centre: Array) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Old and new nearest distance, and old and new average over the nearest quarter [m]."""
+        now, mask = self.pair.matched[:, :3], self.mask
+        old, new = lengths(self.rows - centre), lengths(now - centre)
+        part = np.flatnonzero(mask)[np.argsort(old[mask], kind="stable")[: max(3, round(NEAR_SHARE * mask.sum()))]]
+        around = float(old[part].mean()), float(new[part].mean())
+        if self.whole:
+            return (
+                closest_to_point(self.rows, centre)[0],
+                closest_to_point(self.pair.adapted[:, :3], centre)[0],
+            ), around
+        return (_part_distance(self.rows, mask, centre), _part_distance(now, mask, centre)), around
+
+    def gains(self, centre: Array) -> tuple[float, float]:
+        """By how much the nearest distance and the average of the nearest quarter changed as asked [m]."""
+        least, around = self.distances(centre)
+        return self.sign * (least[1] - least[0]), self.sign * (around[1] - around[0])
+
+    def changes(self, centre: Array) -> Array:
+        """By how much each waypoint's distance changed as asked [m]."""
+        change = lengths(self.pair.matched[:, :3] - centre) - lengths(self.rows - centre)
+        return np.asarray(self.sign * change[self.mask])
+
+    def held(self, centre: Array, arrived: bool) -> bool:
+        """Whether both distances grew, or the nearest point came closer, or its quarter did and nothing went away."""
+        nearest, quarter = self.gains(centre)
+        least = self.pair.noticeable
+        if self.sign > 0:
+            return min(nearest, quarter) >= least
+        if nearest >= least and quarter >= -least:
+            return True
+        together = quarter >= least and float(self.changes(centre).mean()) >= -least
+        return together and (arrived or nearest >= -0.5 * least)
+
+    def rival(self, centre: Array) -> tuple[str, float]:
+        """The other, non-adjacent object with the largest distance change of the same sign, and that change."""
+        others = [o for o in self.pair.scene if np.linalg.norm(o.position - centre) > 3 * EDGE * self.pair.extent]
+        gains = {"": 0.0} | {o.name: max(self.gains(o.position)) for o in others}
+        return max(gains.items(), key=lambda gain: gain[1])
+
+
 def _approach(
     pair: Pair,
     place: Any,
@@ -179,35 +230,32 @@ def _approach(
     aimed: bool,
 ) -> CheckResult:
     """Sign +1: farther, -1: closer."""
-    centre, name = pair.place(place)
-    rows = pair.original[:, :3] + (pair.scene.frame.offset(**after) if after else 0.0)
+    (centre, name), item = pair.place(place), pair.item(place)
     mask = selected(pair, where) & pair.found
     wish = f"come closer to {name}{said(where)}" if sign < 0 else f"stay farther from {name}{said(where)}"
     if not mask.any():
         return say(False, wish, GONE)
-    least, around = _distances(pair, rows, centre, mask, whole=where is None)
-    gain = sign * (least[1] - least[0]), sign * (around[1] - around[0])
+    rows = pair.original[:, :3] + pair.scene.frame.offset(**(after or {}))
+    measured = _Approach(pair, rows, mask, sign, where is None)
+    (least, around), gain = measured.distances(centre), measured.gains(centre)
     fact = f"the nearest distance to {name} went from {least[0]:.3f} to {least[1]:.3f} m"
     if abs(around[0] - least[0]) > pair.noticeable:
         fact += f", the average of its nearest quarter from {around[0]:.3f} to {around[1]:.3f} m"
-    item = pair.item(place)
     size = 0.0 if item is None else item.radius  # that the limits spare; without dimensions that of a small cube
     arrived = sign < 0 and least[1] <= max(EDGE * pair.extent, size + pair.noticeable)
-    held = _came_closer(pair, rows, centre, mask, gain, arrived) if sign < 0 else min(gain) >= pair.noticeable
+    held = measured.held(centre, arrived)
     if where is not None:
-        change = np.linalg.norm(pair.matched[:, :3] - centre, axis=1) - np.linalg.norm(rows - centre, axis=1)
-        share = float((sign * change[mask] > 0).mean())
+        share = float((measured.changes(centre) > 0).mean())
         held, fact = held and share >= 0.75, f"{fact}; {share:.0%} of these waypoints did"
-    if aimed and not arrived:
-        rival, more = _rival(pair, rows, centre, mask, sign, whole=where is None)
-        if more > RIVAL * max(gain):
-            held, fact = False, f"{fact}, but that to the {rival} changed more, by {more:.3f} m"
+    rival, more = measured.rival(centre) if aimed and not arrived else ("", 0.0)
+    if rival and more > RIVAL * max(gain):
+        held, fact = False, f"{fact}, but that to the {rival} changed more, by {more:.3f} m"
     if by is not None:
         wish += f" by {by:g} m"
         reached = sign < 0 and least[1] <= radius_of(item) + pair.noticeable
         held = held and (reached or abs(gain[0] - by) <= max(0.15 * by, 0.5 * pair.noticeable))
     if amount is not None:
-        wish += ", but only a little" if amount == "little" else ", by a lot"
+        wish += BY[amount]
         held = held and _fits(amount, sign, max(gain), pair.extent, least[0], around[0])
     return say(held, wish, fact)
 
@@ -217,40 +265,6 @@ def _fits(amount: Amount, sign: float, gain: float, extent: float, nearest: floa
     if amount == "little":
         return gain <= (max(0.5 * nearest, 0.15 * extent) if sign < 0 else 0.3 * extent)
     return gain >= (min(0.02 * extent, 0.25 * quarter) if sign < 0 else 0.02 * extent)
-
-
-def _came_closer(pair: Pair, rows: Array, centre: Array, mask: Mask, gain: tuple[float, float], arrived: bool) -> bool:
-    """Whether the nearest point came closer, or the nearest quarter did and nothing went away."""
-    new = pair.matched[:, :3]
-    every = float((np.linalg.norm(rows - centre, axis=1) - np.linalg.norm(new - centre, axis=1))[mask].mean())
-    if gain[0] >= pair.noticeable and gain[1] >= -pair.noticeable:
-        return True
-    quarter = gain[1] >= pair.noticeable and every >= -pair.noticeable
-    return quarter and (arrived or gain[0] >= -0.5 * pair.noticeable)
-
-
-def _distances(
-    pair: Pair, rows: Array, centre: Array, mask: Mask, *, whole: bool
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Old and new nearest distance, and old and new average over the nearest quarter [m]."""
-    old, new = np.linalg.norm(rows - centre, axis=1), np.linalg.norm(pair.matched[:, :3] - centre, axis=1)
-    part = np.flatnonzero(mask)[np.argsort(old[mask], kind="stable")[: max(3, round(NEAR_SHARE * mask.sum()))]]
-    if whole:
-        least = closest_to_point(rows, centre)[0], closest_to_point(pair.adapted[:, :3], centre)[0]
-    else:
-        least = _part_distance(rows, mask, centre), _part_distance(pair.matched[:, :3], mask, centre)
-    return least, (float(old[part].mean()), float(new[part].mean()))
-
-
-def _rival(pair: Pair, rows: Array, centre: Array, mask: Mask, sign: float, *, whole: bool) -> tuple[str, float]:
-    """The other, non-adjacent object with the largest distance change of the same sign, and that change."""
-    gains = {"": 0.0}
-    for item in pair.scene:
-        if np.linalg.norm(item.position - centre) > 3 * EDGE * pair.extent:
-            least, around = _distances(pair, rows, item.position, mask, whole=whole)
-            gains[item.name] = max(sign * (least[1] - least[0]), sign * (around[1] - around[0]))
-    name = max(gains, key=lambda one: gains[one])
-    return name, gains[name]
 
 
 def _multiplied(pair: Pair, place: Any, times: float, where: Where) -> CheckResult:
@@ -305,27 +319,27 @@ def moved(
     wish = f"move the path{said(where)} {_spoken(words)}"
     if not mask.any():
         return say(False, wish, GONE)
-    held, parts = True, []
-    for word, asked in words.items():
-        along = pair.along(word)[mask]
-        mean, most = float(along.mean()), float(along.max())
-        if asked is None:
-            held &= mean >= LEAST_SHIFT * pair.extent and float((along > -pair.noticeable).mean()) >= 0.9
-            held &= amount != "little" or mean <= MOST_LITTLE * pair.extent
-            held &= amount != "much" or mean >= LEAST_MUCH * pair.extent
-        else:
-            slack = max(tolerance * abs(asked), 0.5 * pair.noticeable)
-            held &= abs(mean - asked) <= slack or (abs(most - asked) <= slack and mean >= asked / 2.0)
-        parts.append(f"{mean:.3f} m {word}")
-    if amount is not None:
-        wish += ", but only a little" if amount == "little" else " by a lot"
-    fact = "on average it moved " + " and ".join(parts)
+    shifts = {word: pair.along(word)[mask] for word in words}
+    held = all(_shifted(pair, along, words[word], amount, tolerance) for word, along in shifts.items())
+    wish += {"little": BY["little"], "much": " by a lot"}.get(amount or "", "")
+    fact = "on average it moved " + " and ".join(f"{along.mean():.3f} m {word}" for word, along in shifts.items())
     if only:
         stray, across = _stray(pair, words, mask)
-        limit = max(STRAY * float(np.linalg.norm([pair.along(w)[mask].mean() for w in words])), 2 * pair.noticeable)
+        limit = max(STRAY * float(np.linalg.norm([s.mean() for s in shifts.values()])), 2 * pair.noticeable)
         if stray > limit:
             held, fact = False, f"{fact}, but also {stray:.3f} m {across}"
     return say(held, wish, fact)
+
+
+def _shifted(pair: Pair, along: Array, asked: float | None, amount: Amount | None, tolerance: float) -> bool:
+    """Whether shifts along a direction [m] are those that were asked for."""
+    mean, most = float(along.mean()), float(along.max())
+    if asked is not None:
+        slack = max(tolerance * abs(asked), 0.5 * pair.noticeable)
+        return abs(mean - asked) <= slack or (abs(most - asked) <= slack and mean >= asked / 2.0)
+    least = LEAST_MUCH if amount == "much" else LEAST_SHIFT
+    most = MOST_LITTLE if amount == "little" else np.inf
+    return least * pair.extent <= mean <= most * pair.extent and float((along > -pair.noticeable).mean()) >= 0.9
 
 
 @predicate
@@ -446,16 +460,10 @@ def _stray(pair: Pair, words: dict[str, float | None], mask: Any) -> tuple[float
 
 def _end_moved(pair: Pair, row: int, kind: str, words: dict[str, float | None], only: bool) -> CheckResult:
     shift = pair.adapted[row, :3] - pair.original[row, :3]
-    held, parts = True, []
-    rest = shift.copy()
-    for word, asked in words.items():
-        axis = pair.scene.frame.direction(word)
-        along = float(shift @ axis)
-        rest -= (shift @ axis) * axis
-        enough = LEAST_SHIFT * pair.extent
-        held &= along >= enough if asked is None else abs(along - asked) <= max(0.1 * abs(asked), 0.5 * pair.noticeable)
-        parts.append(f"{along:.3f} m {word}")
-    fact = f"it moved {' and '.join(parts)}"
+    axes = {word: pair.scene.frame.direction(word) for word in words}
+    rest = shift - sum((shift @ axis) * axis for axis in axes.values())
+    held = all(_shifted(pair, shift[None] @ axis, words[word], None, 0.1) for word, axis in axes.items())
+    fact = "it moved " + " and ".join(f"{shift @ axis:.3f} m {word}" for word, axis in axes.items())
     stray = float(np.linalg.norm(rest))
     if only and stray > max(STRAY * float(np.linalg.norm(shift - rest)), 2 * pair.noticeable):
         held, fact = False, f"{fact}, but also {stray:.3f} m in other directions"
@@ -470,13 +478,10 @@ def _ends_at(pair: Pair, row: int, kind: str, place: Any, within: float | None) 
     if item is not None and item.dimensions is not None:
         gap = abs(float(item.cuboid.signed(end[None])[0][0]))
         miss = min(miss, gap) if gap <= pair.noticeable else miss
-    return say(
-        miss <= allowed, f"{kind} at {name}", f"the {kind} is {miss:.3f} m from {name} (at most {allowed:.3f} m)"
-    )
+    fact = f"the {kind} is {miss:.3f} m from {name} (at most {allowed:.3f} m)"
+    return say(miss <= allowed, f"{kind} at {name}", fact)
 
 
 def _rank_correlation(a: Array, b: Array) -> float:
-    x, y = (np.argsort(np.argsort(v, kind="stable"), kind="stable").astype(float) for v in (a, b))
-    if np.ptp(b) < 1e-9 or np.ptp(a) < 1e-9:
-        return 0.0
-    return float(np.corrcoef(x, y)[0, 1])
+    x, y = (np.argsort(np.argsort(v, kind="stable"), kind="stable") for v in (a, b))
+    return 0.0 if min(np.ptp(a), np.ptp(b)) < 1e-9 else float(np.corrcoef(x, y)[0, 1])

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ovita.measure.predicates.check import FEW, GONE, CheckResult, Pair, Where, predicate, said, say, selected
-from ovita.measure.predicates.places import Amount
+from ovita.measure.predicates.places import BY, Amount
 from ovita.paths.geometry import SAME_PLACE, Mask, fractions
 from ovita.paths.part import PathPart, outside
 from ovita.paths.trajectory import Array
@@ -29,12 +29,7 @@ Sense = Literal["rising", "falling"]
 
 @predicate
 def slower(
-    pair: Pair,
-    *,
-    where: Where = None,
-    factor: float | None = None,
-    amount: Amount | None = None,
-    only: bool = False,
+    pair: Pair, *, where: Where = None, factor: float | None = None, amount: Amount | None = None, only: bool = False
 ) -> CheckResult:
     """The average speed is lower, by at least 5 %.
 
@@ -49,12 +44,7 @@ def slower(
 
 @predicate
 def faster(
-    pair: Pair,
-    *,
-    where: Where = None,
-    factor: float | None = None,
-    amount: Amount | None = None,
-    only: bool = False,
+    pair: Pair, *, where: Where = None, factor: float | None = None, amount: Amount | None = None, only: bool = False
 ) -> CheckResult:
     """The average speed is higher, by at least 5 %.
 
@@ -213,38 +203,36 @@ def _pace(
     pair: Pair, sign: float, where: PathPart, factor: float | None, amount: Amount | None, only: bool
 ) -> CheckResult:
     """Sign +1: faster, -1: slower; what is near before and what is near after an edit of the path both count."""
-    verdict = _pace_at(pair, pair, sign, where, factor, amount, only)
-    if verdict.passed or not where:
-        return verdict
-    later = _pace_at(pair, pair.seen_after, sign, where, factor, amount, only)
-    return later if later.passed else verdict
+    now, *later = (_pace_at(pair, view, sign, where, factor, amount, only) for view in _views(pair, where))
+    return next((verdict for verdict in later if verdict.passed and not now.passed), now)
+
+
+def _views(pair: Pair, where: PathPart) -> tuple[Pair, ...]:
+    return (pair, pair.seen_after) if where else (pair,)
 
 
 def _pace_at(
-    pair: Pair,
-    view: Pair,
-    sign: float,
-    where: PathPart,
-    factor: float | None,
-    amount: Amount | None,
-    only: bool,
+    pair: Pair, view: Pair, sign: float, where: PathPart, factor: float | None, amount: Amount | None, only: bool
 ) -> CheckResult:
     wish = f"go {'faster' if sign > 0 else 'slower'}{said(where)}"
     mask = selected(view, where) & pair.found
     if not mask.any():
         return say(False, wish, GONE)
+    wish += "" if factor is None else f", {factor:g} times as fast"
+    wish += BY[amount] if amount else ""
     ratio, fact = _ratio(pair, mask, where)
-    held = sign * (ratio - 1.0) >= LEAST_CHANGE
-    if factor is not None:
-        wish, held = f"{wish}, {factor:g} times as fast", held and abs(ratio / factor - 1.0) <= 0.1
-    if amount == "little":
-        wish, held = f"{wish}, but only a little", held and 0.4 <= ratio <= 2.0
-    elif amount == "much":
-        wish, held = f"{wish}, by a lot", held and (ratio >= 1.25 if sign > 0 else ratio <= 0.8)
+    held = sign * (ratio - 1.0) >= LEAST_CHANGE and (factor is None or abs(ratio / factor - 1.0) <= 0.1)
+    held = held and _fits(ratio, sign, amount)
     for objection in (_untouched(pair, where, mask, sign), _spread(pair, view, where, sign, ratio) if only else ""):
         if objection:
             held, fact = False, f"{fact}; {objection}"
     return say(held, wish, fact)
+
+
+def _fits(ratio: float, sign: float, amount: Amount | None) -> bool:
+    if amount == "little":
+        return 0.4 <= ratio <= 2.0
+    return amount is None or (ratio >= 1.25 if sign > 0 else ratio <= 0.8)
 
 
 def _untouched(pair: Pair, where: PathPart, mask: Mask, sign: float) -> str:
