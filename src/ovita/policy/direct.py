@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import math
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 from ovita.errors import PolicyCrashed
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.policy import all_bindings, entry_of, literal, names_in, own_bindings, parse_tree
+from ovita.policy.policy import all_bindings, entry_of, literal, names_in, own_bindings, parse_tree, reached
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
@@ -265,8 +266,8 @@ class _Return(Exception):
         self.value = value
 
 
-class _Run:
-    """Walks the tree of one proven policy."""
+class _Run(ast.NodeVisitor):
+    """Walks the tree of one proven policy; visiting an expression gives its value."""
 
     def __init__(self, proof: Proof, scene: Scene) -> None:
         self.scene, self.recorder = scene, Recorder()
@@ -293,103 +294,57 @@ class _Run:
     def block(self, body: list[ast.stmt]) -> None:
         for statement in body:
             self.line = statement.lineno
-            match statement:
-                case ast.Return(value=value):
-                    raise _Return(self.value(value))
-                case ast.Assign(targets=[ast.Name(id=name)], value=value):
-                    self.values[name] = self.value(value)
-                case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=parts)):
-                    values = [self.value(part) for part in parts]
-                    self.values |= {n.id: v for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name)}
-                case ast.If(test=test, body=then, orelse=orelse):
-                    self.block(then if self.value(test) else orelse)
-                case ast.Expr(value=value):
-                    self.value(value)
+            self.visit(statement)
 
-    def value(self, node: ast.expr | None) -> Any:
-        match node:
-            case ast.Constant(value=value):
-                return self.bounded(value)
-            case ast.Name(id=name):
-                if name not in self.values:
-                    raise UnboundLocalError(f"{name} is used before it has a value")
-                return self.values[name]
-            case ast.Tuple(elts=items):
-                return tuple(self.value(item) for item in items)
-            case ast.List(elts=items):
-                return [self.value(item) for item in items]
-            case ast.BoolOp(op=op, values=values):
-                return self.any_or_all(values, isinstance(op, ast.Or))
-            case ast.Compare():
-                return self.compare(node)
-        assert isinstance(node, ast.Call | ast.Attribute | ast.Subscript | ast.BinOp | ast.UnaryOp)
-        result = self.operation(node)
-        return self.bounded(result)
-
-    def operation(self, node: ast.Call | ast.Attribute | ast.Subscript | ast.BinOp | ast.UnaryOp) -> Any:
-        match node:
-            case ast.Call():
-                return self.call(node)
-            case ast.BinOp(left=left, op=op, right=right):
-                a, b = self.value(left), self.value(right)
-                self.line = node.lineno
-                self.refuse_growth(a, b)
-                return _BINARY[type(op)](a, b)
-            case ast.UnaryOp(op=op, operand=operand):
-                a = self.value(operand)
-                return _UNARY[type(op)](a)
-            case ast.Attribute(value=value, attr=name):
-                owner = self.value(value)
-                self.line = node.lineno
-                if name not in _ATTRIBUTES.get(type(owner), ()):
-                    raise AttributeError(f"{type(owner).__name__} has no {name} in a policy")
-                return getattr(owner, name)
-            case ast.Subscript(value=value, slice=index):
-                owner, key = self.value(value), self.index(index)
-                self.line = node.lineno
-                return owner[key]
-
-    def call(self, node: ast.Call) -> Any:
-        assert isinstance(node.func, ast.Name)
-        name = node.func.id
-        arguments = [self.value(a) for a in node.args]
-        named = {k.arg: self.value(k.value) for k in node.keywords if k.arg is not None}
-        self.line = node.lineno
-        if name not in CATALOGUE:
-            return _FUNCTIONS[name](*arguments)
-        self.calls += 1
-        if self.calls > MAX_CALLS or any(len(a) > MAX_WAYPOINTS for a in (*arguments, *named.values()) if _is_array(a)):
-            raise TooMuch
-        return invoked(CATALOGUE[name], arguments, named, self.scene.frame, self.recorder)
-
-    def index(self, node: ast.expr) -> Any:
-        """An index that takes a part and never more than there is: numbers, slices, one mask, a name."""
-        match node:
-            case ast.Slice(lower=lower, upper=upper, step=step):
-                return slice(*(None if part is None else self.value(part) for part in (lower, upper, step)))
-            case ast.Tuple(elts=parts):
-                return tuple(self.part(self.index(part)) for part in parts)
-        key = self.value(node)
-        return key if isinstance(key, str) else self.part(key)
-
-    def part(self, key: Any) -> Any:
-        mask = _is_array(key) and key.dtype == np.bool_ and key.ndim == 1
-        if mask or isinstance(key, slice) or (isinstance(key, int | np.integer) and not isinstance(key, bool)):
-            return key
+    def generic_visit(self, node: ast.AST) -> Any:
         raise TooMuch
 
-    def any_or_all(self, values: list[ast.expr], until: bool) -> Any:
-        result: Any = None
-        for value in values:
-            result = self.value(value)
+    def visit_Return(self, node: ast.Return) -> None:
+        raise _Return(self.visit(node.value or ast.Constant(None)))
+
+    def visit_Assign(self, node: ast.Assign) -> None:
+        match node.targets[0], node.value:
+            case ast.Name(id=name), value:
+                self.values[name] = self.visit(value)
+            case ast.Tuple(elts=names), ast.Tuple(elts=parts):
+                values = [self.visit(part) for part in parts]
+                self.values |= {n.id: v for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name)}
+
+    def visit_If(self, node: ast.If) -> None:
+        self.block(node.body if self.visit(node.test) else node.orelse)
+
+    def visit_Expr(self, node: ast.Expr) -> None:
+        self.visit(node.value)
+
+    def visit_Pass(self, node: ast.Pass) -> None:
+        pass
+
+    def visit_Constant(self, node: ast.Constant) -> Any:
+        return self.bounded(node.value)
+
+    def visit_Name(self, node: ast.Name) -> Any:
+        if node.id not in self.values:
+            raise UnboundLocalError(f"{node.id} is used before it has a value")
+        return self.values[node.id]
+
+    def visit_Tuple(self, node: ast.Tuple) -> Any:
+        return tuple(self.visit(item) for item in node.elts)
+
+    def visit_List(self, node: ast.List) -> Any:
+        return [self.visit(item) for item in node.elts]
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+        until, result = isinstance(node.op, ast.Or), None
+        for value in node.values:
+            result = self.visit(value)
             if bool(result) is until:
                 break
         return result
 
-    def compare(self, node: ast.Compare) -> Any:
-        left, result = self.value(node.left), None
+    def visit_Compare(self, node: ast.Compare) -> Any:
+        left, result = self.visit(node.left), None
         for op, right_node in zip(node.ops, node.comparators, strict=True):
-            right = self.value(right_node)
+            right = self.visit(right_node)
             self.line = node.lineno
             if not isinstance(op, ast.Is | ast.IsNot | ast.In | ast.NotIn):
                 self.refuse_growth(left, right, arithmetic=False)
@@ -398,6 +353,56 @@ class _Run:
                 break
             left = right
         return result
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        a, b = self.visit(node.left), self.visit(node.right)
+        self.line = node.lineno
+        self.refuse_growth(a, b)
+        return self.bounded(_BINARY[type(node.op)](a, b))
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+        return self.bounded(_UNARY[type(node.op)](self.visit(node.operand)))
+
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        owner, name = self.visit(node.value), node.attr
+        self.line = node.lineno
+        if name not in _ATTRIBUTES.get(type(owner), ()):
+            raise AttributeError(f"{type(owner).__name__} has no {name} in a policy")
+        return self.bounded(getattr(owner, name))
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        owner, key = self.visit(node.value), self.index(node.slice)
+        self.line = node.lineno
+        return self.bounded(owner[key])
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        arguments = [self.visit(a) for a in node.args]
+        named = {k.arg: self.visit(k.value) for k in node.keywords if k.arg is not None}
+        self.line = node.lineno
+        if name not in CATALOGUE:
+            return self.bounded(_FUNCTIONS[name](*arguments))
+        self.calls += 1
+        if self.calls > MAX_CALLS or any(len(a) > MAX_WAYPOINTS for a in (*arguments, *named.values()) if _is_array(a)):
+            raise TooMuch
+        return self.bounded(invoked(CATALOGUE[name], arguments, named, self.scene.frame, self.recorder))
+
+    def index(self, node: ast.expr) -> Any:
+        """An index that takes a part and never more than there is: numbers, slices, one mask, a name."""
+        match node:
+            case ast.Slice(lower=lower, upper=upper, step=step):
+                return slice(*(None if part is None else self.visit(part) for part in (lower, upper, step)))
+            case ast.Tuple(elts=parts):
+                return tuple(self.part(self.index(part)) for part in parts)
+        key = self.visit(node)
+        return key if isinstance(key, str) else self.part(key)
+
+    def part(self, key: Any) -> Any:
+        mask = _is_array(key) and key.dtype == np.bool_ and key.ndim == 1
+        if mask or isinstance(key, slice) or (isinstance(key, int | np.integer) and not isinstance(key, bool)):
+            return key
+        raise TooMuch
 
     def refuse_growth(self, a: Any, b: Any, *, arithmetic: bool = True) -> None:
         """Let arithmetic pass on numbers and arrays of numbers only, and where the result is not large."""
@@ -419,25 +424,20 @@ class _Run:
 
     def bounded(self, value: Any) -> Any:
         """The value, if it is of a kind and a size that is computed on here."""
-        if isinstance(value, bool | np.bool_) or value is None:
-            return value
         if isinstance(value, int | float | np.number):
-            if isinstance(value, int | np.integer) and abs(int(value)) > MAX_NUMBER:
-                raise TooMuch
-            if abs(float(value)) > MAX_NUMBER and np.isfinite(value):
-                raise TooMuch
-            return value
-        if _is_array(value):
-            if value.dtype.kind not in "fiub" or value.size > 8 * 2 * MAX_ELEMENTS:
-                raise TooMuch
+            size = abs(int(value)) if isinstance(value, int | np.integer) else abs(float(value))
+            too_much = MAX_NUMBER < size < math.inf
+        elif _is_array(value):
+            too_much = value.dtype.kind not in "fiub" or value.size > 8 * 2 * MAX_ELEMENTS
             self.spend(value.size // 16)
-            return value
-        if isinstance(value, str | list | tuple):
+        elif isinstance(value, str | list | tuple):
+            too_much = False
             self.spend(len(value))
-            return value
-        if isinstance(value, SceneObject | Scene | Expectation):
-            return value
-        raise TooMuch
+        else:
+            too_much = not isinstance(value, SceneObject | Scene | Expectation | np.bool_ | None)
+        if too_much:
+            raise TooMuch
+        return value
 
 
 def _is_array(value: Any) -> bool:
@@ -455,9 +455,9 @@ class _Watched(_Run):
         super().__init__(proof, scene)
         self.found: list[tuple[int, NDArray[np.bool_]]] = []
 
-    def call(self, node: ast.Call) -> Any:
-        result = super().call(node)
-        before: Any = self.value(node.args[0]) if node.args and isinstance(node.args[0], ast.Name) else ()
+    def visit_Call(self, node: ast.Call) -> Any:
+        result = super().visit_Call(node)
+        before: Any = self.visit(node.args[0]) if node.args and isinstance(node.args[0], ast.Name) else ()
         if _is_array(before) and _is_array(result) and before.ndim == result.ndim == 2:
             same = before.shape == result.shape
             changed = (np.abs(before - result) > 1e-9).any(axis=1) if same else np.ones(len(result), dtype=bool)
@@ -489,13 +489,8 @@ def carries_columns(tree: ast.Module) -> bool:
     for node in (node for node in ast.walk(function) if isinstance(node, ast.Assign)):
         for name in names_in(node.value):
             follows.setdefault(name, []).extend(t.id for t in node.targets if isinstance(t, ast.Name))
-    fresh = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
-    tainted = set[str]()
-    while fresh:
-        name = fresh.pop()
-        if name not in tainted:
-            tainted.add(name)
-            fresh += follows.get(name, [])
+    first = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
+    tainted = reached(first, lambda name: follows.get(name, ()))
     return not any(names_in(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
 
 

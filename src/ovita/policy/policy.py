@@ -10,11 +10,11 @@ import threading
 import tokenize
 import warnings
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from ovita.text import clean_text
 from ovita.units import find
 
 Form = Literal["function", "script"]
+
+T = TypeVar("T")
 
 MAX_SOURCE = 64 * 1024
 """Longest source of a policy [bytes]; the parser's worst case grows with it."""
@@ -153,6 +155,17 @@ def _function_entry(function: ast.FunctionDef) -> EntryPoint:
             line=function.lineno,
         )
     return EntryPoint("function", function.name, taken)
+
+
+def reached(start: Iterable[T], follow: Callable[[T], Iterable[T]]) -> set[T]:
+    """All that a start leads to, itself included, where each thing leads to what follows it."""
+    found, fresh = set[T](), [*start]
+    while fresh:
+        one = fresh.pop()
+        if one not in found:
+            found.add(one)
+            fresh += follow(one)
+    return found
 
 
 def find_function(tree: ast.Module, name: str) -> ast.FunctionDef:

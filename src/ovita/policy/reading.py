@@ -10,6 +10,7 @@ import textwrap
 from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from typing import NamedTuple
 
 from ovita.errors import PolicyRejected
 from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
@@ -26,6 +27,7 @@ from ovita.policy.policy import (
     names_in,
     own_bindings,
     parse_tree,
+    reached,
     root_name,
     top_level_names,
 )
@@ -36,7 +38,8 @@ _CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|
 MAX_SUMMARY = 300
 """Most characters of a summary."""
 
-_PYTHON = ("python", "py", "python3", "")
+PYTHON = ("python", "py", "python3", "")
+"""Languages by which a fenced block is Python."""
 
 
 @lru_cache(maxsize=16)  # a knob runs the same program again and again
@@ -158,8 +161,8 @@ def _before_result(function: ast.FunctionDef) -> ast.stmt | None:
 
 
 def _candidates(text: str) -> Iterator[str]:
-    blocks = [(language, _dedented(code)) for language, code in _blocks(text)]
-    python = [code for language, code in blocks if language in _PYTHON]
+    blocks = [(block.language, _dedented(block.code)) for block in fenced(text)[0]]
+    python = [code for language, code in blocks if language in PYTHON]
     yield from reversed(python)
     if len(python) > 1:
         yield "\n\n".join(python)
@@ -167,25 +170,37 @@ def _candidates(text: str) -> Iterator[str]:
         code = _dedented(text)
         yield code
         yield _without_prose(code)
-    yield from (code for language, code in blocks if language not in _PYTHON)
+    yield from (code for language, code in blocks if language not in PYTHON)
 
 
-def _blocks(text: str) -> Iterator[tuple[str, str]]:
-    """The blocks between fences of ``` or ~~~, with their language in lower case; the last need not be closed."""
+class Block(NamedTuple):
+    """A fenced block: its language in lower case, its text, and whether it is closed, as the last need not be."""
+
+    language: str
+    code: str
+    closed: bool
+
+
+def fenced(text: str) -> tuple[list[Block], str]:
+    """The blocks between fences of ``` or ~~~, and the prose around them with "Code:" in their places."""
+    blocks, prose = list[Block](), list[str]()
     fence, language, code = "", "", list[str]()
     for line in text.split("\n"):
         mark = line.strip()
-        if not fence:
-            if mark.startswith(("```", "~~~")):
-                rest = mark.lstrip(mark[0])
-                fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20], []
+        if not fence and mark.startswith(("```", "~~~")):
+            rest = mark.lstrip(mark[0])
+            fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20].split(" ")[0], []
+            prose.append("Code:")
+        elif not fence:
+            prose.append(line)
         elif mark.startswith(fence) and not mark.strip(fence[0]):
-            yield language.split(" ")[0], "\n".join(code) + "\n"
+            blocks.append(Block(language, "\n".join(code) + "\n", True))
             fence = ""
         else:
             code.append(line)
     if fence:
-        yield language.split(" ")[0], "\n".join(code)
+        blocks.append(Block(language, "\n".join(code), False))
+    return blocks, "\n".join(prose)
 
 
 def _dedented(code: str) -> str:
@@ -341,16 +356,8 @@ def _demo(source: str, tree: ast.Module, entry: EntryPoint, gone: set[ast.stmt])
     for statement in statements:
         for name in _touched(statement):
             binders.setdefault(name, []).append(statement)
-    fresh = [*binders.get(entry.name, []), *(s for s in statements if _must_stay(s))]
-    kept, known = set[ast.stmt](), set[str]()
-    while fresh:
-        statement = fresh.pop()
-        if statement in kept:
-            continue
-        kept.add(statement)
-        for name in _reads(statement, scopes) - known:
-            known.add(name)
-            fresh += binders.get(name, [])
+    start = [*binders.get(entry.name, []), *(s for s in statements if _must_stay(s))]
+    kept = reached(start, lambda node: binders.get(node, ()) if isinstance(node, str) else _reads(node, scopes))
     return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
 
 

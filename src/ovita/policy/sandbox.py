@@ -211,7 +211,7 @@ def _stated(recorder: Recorder) -> dict[str, Any]:
     try:
         plain = json.loads(json.dumps(expectations, allow_nan=False))
     except (TypeError, ValueError, RecursionError):
-        raise PolicyOutputInvalid("an expectation holds something that is not plain numbers and text") from None
+        raise PolicyOutputInvalid(wire.NOT_PLAIN) from None
     contacts = [str(name) for name in recorder.contacts]
     return {"contacts": contacts, "corners": recorder.corners, "expectations": plain}
 

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, fie
 from pydantic_core import from_json
 
 from ovita.errors import RequestError, UnusableReply, WriterError
+from ovita.policy.reading import PYTHON, fenced
 from ovita.text import harmless
 from ovita.writers.base import Prompt, Reply, WriterInfo, WritingBudget
 
@@ -215,9 +216,7 @@ def _read(done: Exchange) -> Answer | None:
 # Reading answers
 
 _KEYS = ("code", "plan", "question", "not_understood")
-_PYTHON = ("", "python", "py", "python3")
 _NOTHING = frozenset({"", "none", "null", "nothing", "no", "n/a", "na", "-", "[]"})
-_FENCE = re.compile(r"[ \t]*(?:```|~~~)[ \t]*([\w+-]*)")
 _THOUGHTS = re.compile(r"<(think|thinking|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
 _MARKER = re.compile(r"^\s*(?:(?:step\s*)?\d+\s*[.):]|[-*•])\s+", re.IGNORECASE)
 _LABEL = re.compile(
@@ -342,7 +341,7 @@ def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
 
 def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     code = _fenced(text, truncated=truncated) or ("" if truncated else _unfenced(text))
-    prose = _blocks(text)[1]
+    prose = fenced(text)[1]
     if truncated:
         prose = prose.rpartition("\n")[0]
     if code:
@@ -366,34 +365,11 @@ def _from_prose(text: str, *, truncated: bool) -> Answer | None:
 
 
 def _fenced(text: str, *, truncated: bool = False) -> str:
-    """Return the block of code that looks most like a policy, or ""."""
-    blocks = [body for language, body in _blocks(text, truncated=truncated)[0] if language in _PYTHON]
+    """Return the block of code that looks most like a policy, or ""; an open one counts unless the text was cut off."""
+    found = [block for block in fenced(text)[0] if block.closed or not truncated]
+    blocks = [block.code for block in found if block.language in PYTHON]
     policies = [body for body in blocks if "def adapt" in body or "modified_trajectory" in body]
     return max(policies or blocks, key=len, default="").strip("\n").rstrip()
-
-
-def _blocks(text: str, *, truncated: bool = False) -> tuple[list[tuple[str, str]], str]:
-    """Split a text into its fenced blocks, each with its language, and the prose around them.
-
-    A last block that is never closed counts too, unless the text was cut off.
-    """
-    blocks: list[tuple[str, str]] = []
-    prose: list[str] = []
-    body: list[str] | None = None
-    language = ""
-    for line in text.split("\n"):
-        fence = _FENCE.match(line)
-        if body is None and fence:
-            body, language = [], fence[1].lower()
-            prose.append("Code:")
-        elif body is not None and fence and not fence[1]:
-            blocks.append((language, "\n".join(body)))
-            body = None
-        else:
-            (prose if body is None else body).append(line)
-    if body is not None and not truncated:
-        blocks.append((language, "\n".join(body)))
-    return blocks, "\n".join(prose)
 
 
 def _unfenced(text: str) -> str:
