@@ -177,26 +177,17 @@ def batch(
     said = [instructions] * len(items) if instructions is None or isinstance(instructions, str) else [*instructions]
     if len(said) != len(items):
         raise RequestError(f"there are {len(items)} tasks but {len(said)} instructions; give one, or one for each")
-    surroundings = None if scene is None else scene_of(scene)
-    requests = [_numbered(i, *pair, surroundings, robot) for i, pair in enumerate(zip(items, said, strict=True))]
-    chosen = _chosen(writer)
-
-    def one(request: Request) -> Adaptation:
-        return adapt(request, writer=chosen, **options)
-
+    surroundings, requests = None if scene is None else scene_of(scene), []
+    for i, (about, instruction) in enumerate(zip(items, said, strict=True)):
+        try:
+            requests.append(requested(about, instruction, scene=surroundings, robot=robot))
+        except InputError as error:
+            raise RequestError(f"task {i}: {error}") from None
+    one = partial(adapt, writer=_chosen(writer), **options)
     if workers == 1:
         return [one(request) for request in requests]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(one, requests))
-
-
-def _numbered(
-    i: int, about: Request | Adaptable, instruction: str | None, scene: Scene | None, robot: Robot | str | None
-) -> Request:
-    try:
-        return requested(about, instruction, scene=scene, robot=robot)
-    except InputError as error:
-        raise RequestError(f"task {i}: {error}") from None
 
 
 def _chosen(writer: PolicyWriter | str) -> PolicyWriter:
@@ -231,12 +222,7 @@ def rerun(
         raise RequestError("rerun takes an adaptation and its new values by name, such as rerun(result, {'up': 0.2})")
     clock = _Clock()
     before = {p.name: p.value for p in adaptation.parameters}
-    unknown = [name for name in parameters if name not in before]
-    if unknown:
-        raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
-    from ovita.policy.reading import parse
-
-    policy = parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**parameters)
+    policy = _turned(adaptation, parameters, before)
     request = Request(adaptation.instruction, adaptation.original, adaptation.scene, adaptation.robot)
     try:
         rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
@@ -256,8 +242,18 @@ def rerun(
         frames=by_hand(adaptation.frames, adaptation.parameters, parameters),
     )
     outcomes = judged(request, rollout, rollout.trajectory.to_array())
-    run_again = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
-    return _finish(request, policy, rollout, run_again, constraints or adaptation.options, clock)
+    attempt = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
+    return _finish(request, policy, rollout, attempt, constraints or adaptation.options, clock)
+
+
+def _turned(adaptation: Adaptation, values: Mapping[str, Any], before: Mapping[str, Any]) -> Policy:
+    """The adaptation's policy with other values of its parameters."""
+    from ovita.policy.reading import parse
+
+    unknown = [name for name in values if name not in before]
+    if unknown:
+        raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
+    return parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**values)
 
 
 def enforced(
@@ -281,13 +277,10 @@ def enforced(
 
 def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
     """The adaptation if no policy ran: the trajectory is unchanged."""
-    reply = last.reply
-    status: Status = "failed"
-    error = last.error
-    if not error and reply.kind == "question":
-        status = "needs_clarification"
-    elif not error:
-        status, error = "not_understood", _not_understood(reply, request)
+    reply, error = last.reply, last.error
+    status: Status = "failed" if error else "needs_clarification" if reply.kind == "question" else "not_understood"
+    if status == "not_understood":
+        error = _not_understood(reply, request)
     return Adaptation(
         instruction=request.instruction,
         status=status,
@@ -332,21 +325,25 @@ def to_confirm(result: Adaptation, unplaced: tuple[str, ...] = (), doubts: tuple
     return replace(waiting, explanation=waiting.message)
 
 
+_A_MODEL = "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
+
+
 def _not_understood(reply: Reply, request: Request) -> str:
-    names = request.scene.names
+    names, tried = request.scene.names, reply.writer.tried
+    near, more = "in the second half", "make the path smoother"
+    if names:
+        near, more = f"near {the(names[0])}", f"keep at least 0.2 from {the(names[-1])}"
+    hint = f"Try 'go left by 0.2', 'slow down {near}' or '{more}'"
+    hint += _A_MODEL if reply.writer.kind == "builtin" and len(tried) < 2 else ""
+    others = "".join(f" Also asked: {said.rstrip('.')}." for said in tried[1:])
+    why = " ".join(map(sentence, reply.doubts)) or f"I could not place {_unplaced(reply, names)}"
+    return f"{why} The scene's objects are: {quoted(names) or 'none'}. {hint}.{others}"
+
+
+def _unplaced(reply: Reply, names: Sequence[str]) -> str:
     strange = [word for word in reply.unplaced if word not in names]
-    what = quoted(strange) or (f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction")
-    known = ", ".join(map(repr, names)) or "none"
-    near = f"near {the(names[0])}" if names else "in the second half"
-    more = f"keep at least 0.2 from {the(names[-1])}" if names else "make the path smoother"
-    hint = f" Try 'go left by 0.2', 'slow down {near}' or '{more}'"
-    if reply.writer.kind == "builtin" and len(reply.writer.tried) < 2:
-        hint += (
-            "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
-        )
-    others = "".join(f" Also asked: {said.rstrip('.')}." for said in reply.writer.tried[1:])
-    why = " ".join(map(sentence, reply.doubts)) or f"I could not place {what}; the trajectory is unchanged."
-    return f"{why} The scene's objects are: {known}.{hint}.{others}"
+    known = f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction"
+    return f"{quoted(strange) or known}; the trajectory is unchanged."
 
 
 def _finish(
@@ -449,9 +446,8 @@ def _enforced(
     )
     pairs = zip(rollout.expectations, outcomes, strict=True)
     kept = {e.kind for e, outcome in pairs if outcome.held and not e.arguments}
-    pinned = replace(
-        options, fix_start=options.fix_start or "start" in kept, fix_goal=options.fix_goal or "goal" in kept
-    )
+    start, goal = options.fix_start or "start" in kept, options.fix_goal or "goal" in kept
+    pinned = replace(options, fix_start=start, fix_goal=goal)
     solution = enforce(options=pinned)
     if pinned != options and solution.verdict.status == "infeasible":
         return enforce(options=options)  # what is to stay cannot; the postcondition says by how much it moved

@@ -485,10 +485,15 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
         return "infeasible"
     if vain or any(p.lost or not (p.held or p.held_before) for p in postconditions):
         return "not_as_meant"
-    kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
-    if verdict is not None and verdict.status == "repaired":
-        kept = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks) or _unseen(verdict, postconditions)
-    return "done" if kept else "limited"
+    return "done" if verdict is None or _kept(verdict, postconditions) else "limited"
+
+
+def _kept(verdict: Verdict, postconditions: Sequence[Postcondition]) -> bool:
+    """Whether the limits left the result as it was meant, or nearly so."""
+    if verdict.status == "repaired":
+        little = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks)
+        return little or _unseen(verdict, postconditions)
+    return verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
 
 
 def _unseen(verdict: Verdict, postconditions: Sequence[Postcondition]) -> bool:
