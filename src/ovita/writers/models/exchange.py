@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Annotated, Any, Literal
@@ -215,7 +216,7 @@ def _read(done: Exchange) -> Answer | None:
 
 # Reading answers
 
-_KEYS = ("code", "plan", "question", "not_understood")
+_KEYS = {"code", "plan", "question", "not_understood"}
 _NOTHING = frozenset({"", "none", "null", "nothing", "no", "n/a", "na", "-", "[]"})
 _THOUGHTS = re.compile(r"<(think|thinking|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
 _MARKER = re.compile(r"^\s*(?:(?:step\s*)?\d+\s*[.):]|[-*•])\s+", re.IGNORECASE)
@@ -320,23 +321,22 @@ def _plain(item: object) -> str:
 
 
 def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
+    found: dict[str, Any]
     decoder = json.JSONDecoder(strict=False)
-    for start in (match.start() for match in islice(re.finditer(r"\{\s*\"", text), 100)):
-        try:
-            found = decoder.raw_decode(text, start)[0]
-        except (json.JSONDecodeError, RecursionError):
-            continue
-        if isinstance(found, dict) and any(key in found for key in _KEYS):
-            return found
-    if truncated and text.startswith("{"):
-        try:
-            found = from_json(text, allow_partial=True)
-        except ValueError:
-            return None
-        if isinstance(found, dict) and isinstance(found.get("code"), list) and next(reversed(found)) == "code":
-            del found["code"]  # the list of its lines may lack some
-        return found if isinstance(found, dict) else None
-    return None
+    for match in islice(re.finditer(r"\{\s*\"", text), 100):
+        with suppress(json.JSONDecodeError, RecursionError):
+            found = decoder.raw_decode(text, match.start())[0]
+            if _KEYS & found.keys():
+                return found
+    if not truncated or not text.startswith("{"):
+        return None
+    try:
+        found = from_json(text, allow_partial=True)
+    except ValueError:
+        return None
+    if isinstance(found.get("code"), list) and next(reversed(found)) == "code":
+        del found["code"]  # the list of its lines may lack some
+    return found
 
 
 def _from_prose(text: str, *, truncated: bool) -> Answer | None:
