@@ -217,15 +217,14 @@ def replayed(events: list[dict[str, Any]], file: str) -> tuple[Situation, Histor
     history = History()
     for number, event in enumerate(events[1:], start=1):
         at, what = event.get("at"), event.get("event")
-        if not isinstance(at, int) or isinstance(at, bool) or not ROOT <= at < len(history.steps):
+        least = {"turn": ROOT, "head": ROOT, "again": ROOT + 1}.get(str(what))
+        if least is None or type(at) is not int or not least <= at < len(history.steps):
             raise FormatError(file, "this is not an event of a session", key="events", index=number)
         history.go(at)
         if what == "turn":
             history.add(Step.from_document(event, file))
-        elif what == "again" and at != ROOT:
+        elif what == "again":
             history.steps[at] = Step.from_document(event, file)
-        elif what != "head":
-            raise FormatError(file, "this is not an event of a session", key="events", index=number)
     return Situation.from_document(events[0]["situation"], file), history
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
@@ -324,9 +325,9 @@ class Session:
             PolicyError: If a policy fails in the new situation; nothing changes then.
         """
         now = self.situation
-        asked = {"original": original, "scene": scene, "robot": robot, "constraints": constraints}
-        given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-        then = replace(now, **given)
+        then = Situation(
+            original or now.original, scene or now.scene, robot or now.robot, constraints or now.constraints
+        )
         turns = [step.adaptation for step, _ in in_force(self.steps) if step.adaptation.code != UNCHANGED]
         afresh = self._again(turns, then)
         if afresh:
@@ -361,11 +362,9 @@ class Session:
 
     def draft(self) -> Session:
         """A copy whose turns do not count until `adopt`, so that a slow turn can be cancelled."""
-        copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
-        copy.reader = self.reader
-        copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
-        copy._pending = self._pending
-        return copy
+        draft = copy(self)
+        draft._history, draft._journal, draft._open, draft._behind = self._history.copy(), None, "", False
+        return draft
 
     def adopt(self, draft: Session) -> None:
         """Take over the new turns of a draft of this session.
@@ -373,21 +372,18 @@ class Session:
         Raises:
             RequestError: If the session has gone on since the draft was made.
         """
-        known = len(self._history.steps)
-        if (
-            draft._history.parents[:known] != self._history.parents
-            or draft._history.steps[:known] != self._history.steps
-        ):
+        mine, theirs = self._history, draft._history
+        known = len(mine.steps)
+        if theirs.parents[:known] != mine.parents or theirs.steps[:known] != mine.steps:
             raise RequestError("the session has gone on since; say it again")
         self.settle()
-        for i in range(known, len(draft._history.steps)):
-            self._history.go(draft._history.parents[i])
-            self._history.add(draft._history.steps[i])
-            self._note(self._history.event(i))
-        self._asked = draft._asked
-        if self._history.head != draft._history.head:
-            self._go(draft._history.head)
-        self._pending = draft._pending
+        for i in range(known, len(theirs.steps)):
+            mine.go(theirs.parents[i])
+            mine.add(theirs.steps[i])
+            self._note(mine.event(i))
+        if mine.head != theirs.head:
+            self._go(theirs.head)
+        self._asked, self._pending = draft._asked, draft._pending
 
     def keep(self, path: str) -> None:
         """Write this session to a new journal from now on, so that a killed process loses at most the turn it was in.

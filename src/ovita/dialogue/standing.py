@@ -151,11 +151,12 @@ def _subject(promise: Postcondition, by_hand: bool) -> str:
     """What a postcondition is about, or "" if it does not stand."""
     if by_hand and promise.kind in _AMOUNTS:
         return f"{promise.kind} {promise.arguments}"
-    kind, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
-    bounds = [name for name in ("at_least", "at_most") if name in about]
+    subject, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
     if promise.kind == "side":
-        axis = min(about["side"], OPPOSITE[about["side"]])
-        return f"side {axis} {about.get('object') or about.get('point')}"
-    if promise.kind == "speed" and bounds:
-        return f"speed {bounds}"
-    return f"{kind} {about.get('object') or about.get('point')}" if kind == "place" else kind
+        subject = f"side {min(about['side'], OPPOSITE[about['side']])}"
+    elif promise.kind == "speed":
+        bounds = [name for name in ("at_least", "at_most") if name in about]
+        return f"speed {bounds}" if bounds else subject
+    elif subject != "place":
+        return subject
+    return f"{subject} {about.get('object') or about.get('point')}"
