@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import Any, TypeAlias
 
 from ovita.chain import adapt, rerun, to_confirm
-from ovita.dialogue.history import ROOT, History, Kind, Situation, Step, in_force
+from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.standing import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
@@ -139,7 +139,6 @@ class DialogueState:
 
     Args:
         history: The steps so far.
-        first: The situation before the first step.
         now: The situation as it is.
         writer: A policy writer or its name.
         reader: Reads instructions into frames.
@@ -149,7 +148,6 @@ class DialogueState:
     """
 
     history: History
-    first: Situation
     now: Situation
     writer: PolicyWriter | str
     reader: Reader
@@ -158,22 +156,14 @@ class DialogueState:
     stages: Mapping[str, Any]
 
     @property
-    def steps(self) -> list[Step]:
-        """The steps in force, oldest first."""
-        return [self.history.steps[i] for i in self.history.path()]
-
-    @property
     def current(self) -> Trajectory:
         """The trajectory after the last step."""
-        return self._after(self.history.head, self.now)
-
-    def _after(self, turn: int, start: Situation) -> Trajectory:
-        return start.original if turn == ROOT else self.history.steps[turn].adaptation.adapted
+        return self.history.after(self.history.head)
 
     @property
     def turns(self) -> list[Turn]:
         """The turns in force, oldest first."""
-        turns = in_force(self.steps)
+        turns = self.history.turns()
         codeless = len(turns) - CODE_TURNS
         shown = [(step.adaptation, count, i >= codeless) for i, (step, count) in enumerate(turns)]
         return [
@@ -183,7 +173,7 @@ class DialogueState:
 
     @cached_property
     def _results(self) -> list[Adaptation]:
-        return [step.adaptation for step, _ in in_force(self.steps)]
+        return self.history.results
 
     @property
     def _offline(self) -> bool:
@@ -191,11 +181,11 @@ class DialogueState:
 
     def losses(self) -> list[Loss]:
         """The postconditions of earlier turns that the last step lost."""
-        if not self.steps or not self.steps[-1].adaptation.lost:
+        if self.history.head == ROOT or not self.history.steps[self.history.head].adaptation.lost:
             return []
         parent = self.history.parents[self.history.head]
-        scene = self.history.situation(parent, self.first).scene
-        return lost(self._results[:-1], self._after(parent, self.now), self._results[-1], scene=scene)
+        before, scene = self.history.after(parent), self.history.situation(parent).scene
+        return lost(self._results[:-1], before, self._results[-1], scene=scene)
 
     # Reading.
 
@@ -285,7 +275,7 @@ class DialogueState:
 
     def _instructed(self, said: str, on: FeedbackOn) -> Interpretation:
         """An instruction for the chain; on the original it is added to the frames of all turns."""
-        unplaced = only_where(said, self.now.scene) if self._offline and self.steps else ()
+        unplaced = only_where(said, self.now.scene) if self._offline and self.history.head != ROOT else ()
         if unplaced:
             # What says nothing but where is about the turn before: as an instruction it would lose the "only".
             return Interpretation(self._adapt(said, self.current, unplaced=unplaced))
@@ -304,7 +294,7 @@ class DialogueState:
 
     def _refuse_drawn(self) -> None:
         """Refuse what would have to repeat an edit by hand on the original."""
-        for step, _ in in_force(self.steps):
+        for step, _ in self.history.turns():
             if step.kind == "drawn":
                 raise RequestError(
                     f"{step.said!r} was done by hand on the path as it was then, and cannot be said again"
@@ -384,7 +374,7 @@ class DialogueState:
         """All turns but one, on the original."""
         kept = [result for i, result in enumerate(self._results) if i != turn]
         if not kept:
-            return self._taken_back(feedback, len(self.steps))
+            return self._taken_back(feedback, len(self.history.path()))
         result = self._adapt(_joined([one.instruction for one in kept]), self.now.original, _frames_of(kept))
         return self._noted(feedback, None, result, "said", "original")
 
@@ -394,8 +384,7 @@ class DialogueState:
         """Frames after feedback, realised: in the last turn's place, as a further turn, or all from the original."""
         last, earlier = self._results[-1], self._results[: feedback.first]
         if not after:
-            turns = in_force(self.steps)[feedback.first :]
-            return self._taken_back(feedback, sum(count for _, count in turns))
+            return self._taken_back(feedback, sum(count for _, count in self.history.turns()[feedback.first :]))
         if on == "original" or len(earlier) < len(self._results) - 1:
             result = self._adapt(self._transcript(feedback.said), self.now.original, (*_frames_of(earlier), *after))
             return self._noted(feedback, last, result, "said", "original")
@@ -458,8 +447,8 @@ class DialogueState:
             case "redo":
                 taken = "there is nothing to bring back"
         result = self._unchanged(feedback.said, taken)
-        if edit.command == "explain" and self.steps:
-            result = replace(result, explanation=self.steps[-1].adaptation.explanation)
+        if edit.command == "explain" and self.history.head != ROOT:
+            result = replace(result, explanation=self.history.steps[self.history.head].adaptation.explanation)
         return Interpretation(result, kind=None)
 
     def _taken_back(self, feedback: Feedback, steps: int) -> Interpretation:
@@ -469,7 +458,7 @@ class DialogueState:
         return self._gone_to(feedback, turn, _took(feedback.said, f"take {many} back"))
 
     def _gone_to(self, feedback: Feedback, turn: int, taken: str) -> Interpretation:
-        after = self._after(turn, self.first)
+        after = self.history.after(turn)
         changes = compare(self.current, after, self.now.scene)
         return Interpretation(replace(self._unchanged(feedback.said, taken), adapted=after, changes=changes), goto=turn)
 

@@ -16,7 +16,6 @@ from ovita.dialogue.history import (
     Kind,
     Situation,
     Step,
-    in_force,
     read_session,
     replayed,
     write_session,
@@ -59,7 +58,7 @@ class Session:
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     isolation: Isolation = "auto"
     reader: Reader | None = None
-    _history: History = field(default_factory=History, init=False)
+    _history: History = field(init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
     _pending: tuple[str, Interpretation] | None = field(default=None, init=False)
@@ -70,7 +69,7 @@ class Session:
         known_isolation(self.isolation)
         self.original = trajectory_of(self.original)[0]
         self.scene, self.robot = scene_of(self.scene), robot_of(self.robot)
-        self._first = self.situation
+        self._history = History(self.situation)
 
     @classmethod
     def of(
@@ -92,7 +91,7 @@ class Session:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The turns that are in force, oldest first."""
-        return tuple(self._history.steps[i] for i in self._history.path())
+        return tuple(self._history.in_force)
 
     @property
     def history(self) -> History:
@@ -152,7 +151,6 @@ class Session:
                 return settled
         state = DialogueState(
             self._history,
-            self._first,
             self.situation,
             self.writer,
             self.reader or read,
@@ -195,7 +193,7 @@ class Session:
         if not self.bare:
             raise RequestError("there is a trajectory already; say what should change")
         self.original, self.scene = adaptation.original, adaptation.scene
-        self._first, self._asked, self._behind = self.situation, "", True
+        self._history.first, self._asked, self._behind = self.situation, "", True
         if adaptation.usable:
             self._add(adaptation.instruction, "current", adaptation, "said")
         elif adaptation.proposal is not None:
@@ -328,7 +326,7 @@ class Session:
         then = Situation(
             original or now.original, scene or now.scene, robot or now.robot, constraints or now.constraints
         )
-        turns = [step.adaptation for step, _ in in_force(self.steps) if step.adaptation.code != UNCHANGED]
+        turns = [result for result in self._history.results if result.code != UNCHANGED]
         afresh = self._again(turns, then)
         if afresh:
             losses = lost(turns[:-1], self.current, afresh[-1], scene=now.scene, afresh=afresh[:-1])
@@ -415,7 +413,7 @@ class Session:
             FormatError: If it cannot be written there.
         """
         self.settle()
-        write_session(path, self._first, self._history)
+        write_session(path, self._history)
 
     @classmethod
     def load(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
@@ -424,7 +422,7 @@ class Session:
         Raises:
             FormatError: If the file is no session; names the file and the key.
         """
-        return cls._of(*read_session(path), writer, isolation)
+        return cls._of(read_session(path), writer, isolation)
 
     @classmethod
     def resume(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
@@ -435,17 +433,18 @@ class Session:
         """
         journal = Journal(path)
         events = journal.read()
-        session = cls._of(*replayed(events, path), writer, isolation)
-        least = session._history.events(session._first)
+        session = cls._of(replayed(events, path), writer, isolation)
+        least = session._history.events()
         if len(events) > 2 * len(least):
             journal.rewrite(least)
         session._journal = journal
         return session
 
     @classmethod
-    def _of(cls, first: Situation, history: History, writer: PolicyWriter | str, isolation: Isolation) -> Session:
+    def _of(cls, history: History, writer: PolicyWriter | str, isolation: Isolation) -> Session:
+        first = history.first
         session = cls(first.original, first.scene, first.robot, writer, first.constraints, isolation)
-        session._first, session._history = first, history
+        session._history = history
         session._settle_on(history.head)
         return session
 
@@ -462,7 +461,7 @@ class Session:
         """A result that names the postconditions of earlier turns which it loses."""
         if on == "original" and kind in ("said", "opened"):
             return result  # it holds everything that was said before
-        turns = [step.adaptation for step, _ in in_force(self.steps)]
+        turns = self._history.results
         if kind in OWN:
             losses = lost(turns, self.current, result, by_hand=kind == "drawn")
         else:  # the last turn again, otherwise
@@ -487,7 +486,7 @@ class Session:
     def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
         self.settle()
         self._pending = None
-        before = self._history.situation(self._history.head, self._first)
+        before = self._history.situation(self._history.head)
         now = self.situation
         self._history.add(Step(said, on, result, kind, None if _same(before, now) else now))
         if wait:
@@ -506,7 +505,7 @@ class Session:
 
     def _settle_on(self, turn: int) -> None:
         self._history.go(turn)
-        self._take(self._history.situation(turn, self._first))
+        self._take(self._history.situation(turn))
 
     def _take(self, then: Situation) -> None:
         self.original, self.scene = then.original, then.scene
@@ -517,7 +516,7 @@ class Session:
             return
         behind, self._behind = self._behind, True
         if behind:
-            self._journal.rewrite(self._history.events(self._first))
+            self._journal.rewrite(self._history.events())
         else:
             self._journal.add(event)
         self._behind = False
