@@ -10,18 +10,6 @@ from ovita.instruct import frames as F
 from ovita.instruct.editing import chosen, factor_of, further, quantity_of, slots
 from ovita.instruct.edits import Drop, Edit, Rescale
 from ovita.instruct.feedback import stated
-from ovita.instruct.frames import (
-    Approach,
-    Clearance,
-    Curve,
-    Pace,
-    Quantity,
-    SemanticFrame,
-    Shift,
-    Smooth,
-    Wait,
-    name_of,
-)
 from ovita.instruct.notation import DIRECTIONS
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
@@ -72,52 +60,52 @@ def _role(unit: str, text: str, *, steady: bool, turned: bool) -> Role:
     return "by" if not steady and (turned or _SHIFT.search(text)) else "to"
 
 
-def frames_of(parameters: Sequence[Parameter], scene: Scene) -> tuple[SemanticFrame, ...]:
+def frames_of(parameters: Sequence[Parameter], scene: Scene) -> tuple[F.SemanticFrame, ...]:
     """Frames that parameters of another writer's policy seem to stand for; shifts are one frame."""
     return tuple(frame for frame, _ in _filled(parameters, scene))
 
 
-Filled = list[tuple[SemanticFrame, dict[str, str]]]
+Filled = list[tuple[F.SemanticFrame, dict[str, str]]]
 """Frames, each with the names of the parameters that fill its slots."""
 
 
 def _filled(parameters: Sequence[Parameter], scene: Scene) -> Filled:
     found: Filled = []
-    shifts: dict[F.Direction, tuple[Quantity, str]] = {}
+    shifts: dict[F.Direction, tuple[F.Quantity, str]] = {}
     for parameter in parameters:
         known = described(parameter, scene)
         q = quantity_of(known)
         frame = None if q is None or known.role == "other" else _frame(known, q)
-        if isinstance(frame, Shift):
+        if isinstance(frame, F.Shift):
             ((direction, q),) = frame.offset
-            shifts[direction] = Quantity(q.value if q else 0.0, "m"), parameter.name
+            shifts[direction] = F.Quantity(q.value if q else 0.0, "m"), parameter.name
         elif frame is not None:
             found.append((frame, {next(iter(slots(frame))): parameter.name}))
     if shifts:
-        whole = Shift(offset=tuple((direction, q) for direction, (q, _) in shifts.items()))
+        whole = F.Shift(offset=tuple((direction, q) for direction, (q, _) in shifts.items()))
         found.append((whole, {direction: name for direction, (_, name) in shifts.items()}))
     return found
 
 
-def _frame(p: Parameter, q: Quantity) -> SemanticFrame | None:
+def _frame(p: Parameter, q: F.Quantity) -> F.SemanticFrame | None:
     near, is_speed = PathPart("near", (p.about,)) if p.about else PathPart(), dimension(p.unit) == "m/s"
     if p.role == "factor" or (is_speed and p.role == "to"):
-        return Pace(change="set", amount=replace(q, role="to"), part=near)
+        return F.Pace(change="set", amount=replace(q, role="to"), part=near)
     if is_speed:
-        return Pace(change="faster" if q.value > 0 else "slower", amount=q, part=near)
+        return F.Pace(change="faster" if q.value > 0 else "slower", amount=q, part=near)
     if p.direction in DIRECTIONS:
-        return Shift(offset=((p.direction, q),))
+        return F.Shift(offset=((p.direction, q),))
     if p.direction in ("closer", "away") and p.about:
         if p.role in ("at_least", "at_most"):
-            return Clearance(objects=(p.about,), distance=q)
-        return Approach(sense="closer" if p.direction == "closer" else "farther", objects=(p.about,), by=q)
+            return F.Clearance(objects=(p.about,), distance=q)
+        return F.Approach(sense="closer" if p.direction == "closer" else "farther", objects=(p.about,), by=q)
     if p.direction == "longer":
-        return Wait(duration=q)
-    return Shift(offset=(("left", q),)) if p.role == "by" and dimension(p.unit) in ("", "m") else None
+        return F.Wait(duration=q)
+    return F.Shift(offset=(("left", q),)) if p.role == "by" and dimension(p.unit) in ("", "m") else None
 
 
 def values_after(
-    parameters: Sequence[Parameter], scene: Scene, edits: Sequence[Edit], after: Sequence[SemanticFrame]
+    parameters: Sequence[Parameter], scene: Scene, edits: Sequence[Edit], after: Sequence[F.SemanticFrame]
 ) -> dict[str, float | int] | None:
     """The values of another writer's parameters that do what edited frames say; None if values cannot say it.
 
@@ -146,20 +134,20 @@ def _known(values: dict[str, float | None]) -> dict[str, float] | None:
     return known if len(known) == len(values) else None
 
 
-def _neutral(frame: SemanticFrame) -> float | None:
+def _neutral(frame: F.SemanticFrame) -> float | None:
     match frame:
-        case Pace(amount=Quantity(unit="x")):
+        case F.Pace(amount=F.Quantity(unit="x")):
             return 1.0
-        case Pace(change="set") | Clearance():
+        case F.Pace(change="set") | F.Clearance():
             return None
     return 0.0
 
 
-def _value(was: SemanticFrame, now: SemanticFrame, slot: str) -> float | None:
+def _value(was: F.SemanticFrame, now: F.SemanticFrame, slot: str) -> float | None:
     """A parameter's value after an edit of its frame; None if anything but an amount or a direction changed."""
     if type(was) is not type(now) or was.part != now.part or getattr(was, "objects", ()) != getattr(now, "objects", ()):
         return None
-    if isinstance(now, Shift) and slot not in now.quantities:
+    if isinstance(now, F.Shift) and slot not in now.quantities:
         back = now.quantities.get(F.ENDS[slot])
         return None if back is None else -back.value
     q, old = now.quantities.get(slot), was.quantities.get(slot)
@@ -178,10 +166,10 @@ def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     return {names[0]: q.value} if most and len(names) == 1 else {}
 
 
-def scaled(edit: Rescale, frames: Sequence[SemanticFrame], parameters: Sequence[Parameter]) -> dict[str, float | int]:
+def scaled(edit: Rescale, frames: Sequence[F.SemanticFrame], parameters: Sequence[Parameter]) -> dict[str, float | int]:
     """More or less of what a frame holds no amount of, by its parameter: smoothing, bending."""
-    i = chosen(frames, edit.on, lambda frame: bool(slots(frame)) or isinstance(frame, Smooth | Curve))
-    if i is None or not isinstance(frames[i], Smooth | Curve):
+    i = chosen(frames, edit.on, lambda frame: bool(slots(frame)) or isinstance(frame, F.Smooth | F.Curve))
+    if i is None or not isinstance(frames[i], F.Smooth | F.Curve):
         return {}
     k, found = factor_of(edit), dict[str, float | int]()
     for p in parameters:
@@ -199,12 +187,12 @@ def shown(parameter: Parameter, *, named: bool = True) -> str:
     return f"{parameter.name} {value}{unit}" if named else f"{value}{unit}"
 
 
-def which(asked: Sequence[str], frames: Sequence[SemanticFrame], parameters: Sequence[Parameter]) -> str:
+def which(asked: Sequence[str], frames: Sequence[F.SemanticFrame], parameters: Sequence[Parameter]) -> str:
     """A question of which change is meant, with the parameters as they are."""
     first: dict[str, Parameter] = {}
     for p in parameters:
         if not p.slot.endswith(".part"):
             first.setdefault(p.slot.partition(".")[0], p)
-    found = [first[str(i)] for i, frame in enumerate(frames) if name_of(frame) in asked and str(i) in first]
+    found = [first[str(i)] for i, frame in enumerate(frames) if F.name_of(frame) in asked and str(i) in first]
     known = [f"{p.name} ({p.meaning or 'now'}, now {shown(p, named=False)})" for p in found]
     return f"Which do you mean: {listed(known if len(known) > 1 else asked, 'or')}?"

@@ -164,6 +164,7 @@ SCRIPT_CALLS = ("get_trajectory", "detect_objects")
 PROVIDED = frozenset({*CATALOGUE, *SCRIPT_CALLS, "np", "math"})
 """Names at hand in every policy, besides the operations of plug-ins."""
 
+_TYPE = "a policy may call type(value) with one value, and nothing else with type"
 _LONGEST_HINT = 40
 _INSTEAD = "numpy (as np), math and parts of scipy are at hand"
 
@@ -233,7 +234,7 @@ class _Check(ast.NodeVisitor):
         if not isinstance(node.ctx, ast.Load) or name in self.bound or name in PROVIDED:
             self.binding(name, node)
         elif name == "type":
-            raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
+            raise _reject(node, _TYPE)
         elif name not in BUILTINS:
             self.foreign(name, node)
 
@@ -270,17 +271,14 @@ class _Check(ast.NodeVisitor):
         self.visit(node.value)
 
     def visit_Call(self, node: ast.Call) -> None:
-        called = node.func.id if isinstance(node.func, ast.Name) else ""
-        if called == "type" and "type" not in self.bound:
-            if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-                raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
-            self.visit(node.args[0])
-            return
-        if called in ("getattr", "setattr", "hasattr") and len(node.args) > 1:
-            second = node.args[1]
-            if isinstance(second, ast.Constant) and isinstance(second.value, str):
-                reason = refusal(second.value)
-                if reason:
+        match node.func, node.args:
+            case ast.Name(id="type"), args if "type" not in self.bound:
+                if len(args) != 1 or node.keywords or isinstance(args[0], ast.Starred):
+                    raise _reject(node, _TYPE)
+                self.visit(args[0])
+                return
+            case ast.Name(id="getattr" | "setattr" | "hasattr"), [_, ast.Constant(value=str() as name), *_]:
+                if reason := refusal(name):
                     raise _reject(node, reason)
         self.generic_visit(node)
 
@@ -318,11 +316,10 @@ class _Check(ast.NodeVisitor):
         for part in (*node.decorator_list, node.args, *node.body):
             self.visit(part)
 
-    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef) -> None:
+    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef | ast.Await) -> None:
         raise _reject(node, "a policy may not be asynchronous; write plain functions")
 
-    def visit_Await(self, node: ast.Await) -> None:
-        raise _reject(node, "a policy may not be asynchronous; write plain functions")
+    visit_Await = visit_AsyncFunctionDef
 
 
 def _own_attributes(tree: ast.Module) -> set[str]:

@@ -308,15 +308,7 @@ class PolicyRun:
 
     def payload(self, prints: Prints) -> bytes:
         """Everything as bytes."""
-        header = self.failure or {
-            "status": "ok",
-            "contacts": [str(name) for name in self.recorder.contacts[: wire.MAX_EXPECTATIONS]],
-            "corners": bool(self.recorder.corners),
-            "expectations": [
-                {"kind": e.kind, "arguments": dict(e.arguments), "text": e.text}
-                for e in self.recorder.expectations[: wire.MAX_EXPECTATIONS]
-            ],
-        }
+        header = self.failure or {"status": "ok", **self.recorder.stated(wire.MAX_EXPECTATIONS)}
         header["prints"] = "".join(prints.parts)
         try:
             return wire.pack_payload(header, None if self.failure else self.rows)

@@ -225,14 +225,11 @@ def _is_prose(line: str) -> bool:
 
 def _summary(source: str, tree: ast.Module, entry: EntryPoint) -> str:
     """What the author says that the policy does: the first line of its docstring or its first comment."""
-    texts = [ast.get_docstring(tree)]
-    if entry.form == "function":
-        texts.insert(0, ast.get_docstring(find_function(tree, entry.name)))
-    for text in texts:
-        if text and text.strip():
-            return clean_text(text.strip().split("\n")[0].strip(), MAX_SUMMARY)
-    first = source.lstrip().split("\n")[0]
-    return clean_text(first.lstrip("# ").strip(), MAX_SUMMARY) if first.startswith("#") else ""
+    documented = [find_function(tree, entry.name), tree] if entry.form == "function" else [tree]
+    texts = [(ast.get_docstring(node) or "").strip() for node in documented]
+    comment = source.lstrip().split("\n")[0]
+    texts.append(comment.lstrip("# ") if comment.startswith("#") else "")
+    return clean_text(next(filter(None, texts), "").split("\n")[0].strip(), MAX_SUMMARY)
 
 
 _HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
