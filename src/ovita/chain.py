@@ -183,7 +183,11 @@ def batch(
             requests.append(requested(about, instruction, scene=surroundings, robot=robot))
         except InputError as error:
             raise RequestError(f"task {i}: {error}") from None
-    one = partial(adapt, writer=_chosen(writer), **options)
+    chosen = _chosen(writer)
+
+    def one(request: Request) -> Adaptation:
+        return adapt(request, writer=chosen, **options)
+
     if workers == 1:
         return [one(request) for request in requests]
     with ThreadPoolExecutor(workers) as pool:

@@ -14,7 +14,7 @@ from ovita.instruct.notation import DIRECTIONS
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.policy import Parameter
-from ovita.policy.policy import Role
+from ovita.policy.source import Role
 from ovita.result import Adaptation
 from ovita.text import listed
 from ovita.units import dimension
@@ -32,7 +32,7 @@ _WORDS = (
     ("longer", re.compile(r"\b(wait|dwell|pause|stop)\b")),
 )
 _SHIFT = re.compile(r"\b(shift|offset|move|displace\w*|lift|translate|translation|height|lateral|raise)\b")
-_HEADINGS = {word: word for word in DIRECTIONS if len(word) > 1}
+_HEADINGS: dict[str, str] = {word: word for word in DIRECTIONS if len(word) > 1}
 _HEADINGS |= {"forward": "front", "backward": "back", "upward": "up", "downward": "down", "height": "up", "lift": "up"}
 
 

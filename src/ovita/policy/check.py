@@ -12,7 +12,7 @@ import difflib
 import re
 
 from ovita.errors import PolicyRejected
-from ovita.policy.policy import all_bindings, own_bindings, parse_tree
+from ovita.policy.source import all_bindings, own_bindings, parse_tree
 from ovita.toolkit import CATALOGUE, extended
 
 MODULES: frozenset[str] = frozenset(

@@ -24,7 +24,7 @@ from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
-from ovita.policy.policy import RESULT, EntryPoint, entry_of, parse_tree, to_rows
+from ovita.policy.source import RESULT, EntryPoint, entry_of, parse_tree, stated, to_rows
 from ovita.toolkit import Recorder, extended, namespace
 
 
@@ -308,7 +308,7 @@ class PolicyRun:
 
     def payload(self, prints: Prints) -> bytes:
         """Everything as bytes."""
-        header = self.failure or {"status": "ok", **self.recorder.stated(wire.MAX_EXPECTATIONS)}
+        header = self.failure or {"status": "ok", **stated(self.recorder)}
         header["prints"] = "".join(prints.parts)
         try:
             return wire.pack_payload(header, None if self.failure else self.rows)

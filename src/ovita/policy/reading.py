@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import ast
+import io
 import re
 import symtable
 import sys
 import textwrap
-from collections.abc import Container, Iterator
+import tokenize
+from collections import Counter
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
 from ovita.errors import PolicyRejected
 from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
-from ovita.policy.policy import (
+from ovita.policy.policy import Policy
+from ovita.policy.source import (
+    MAX_NOTE,
     MAX_SOURCE,
     NO_POLICY,
     RESULT,
     EntryPoint,
-    Policy,
+    Parameter,
     bound_names,
     entry_of,
     find_function,
-    find_parameters,
+    literals,
     names_in,
     own_bindings,
     parse_tree,
@@ -33,6 +38,7 @@ from ovita.policy.policy import (
 )
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
+from ovita.units import find
 
 _CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|[A-Za-z_][\w.,\[\] ]*=[^=]|for |if )")
 MAX_SUMMARY = 300
@@ -225,11 +231,75 @@ def _is_prose(line: str) -> bool:
 
 def _summary(source: str, tree: ast.Module, entry: EntryPoint) -> str:
     """What the author says that the policy does: the first line of its docstring or its first comment."""
-    documented = [find_function(tree, entry.name), tree] if entry.form == "function" else [tree]
-    texts = [(ast.get_docstring(node) or "").strip() for node in documented]
+    own = ast.get_docstring(find_function(tree, entry.name)) if entry.form == "function" else None
+    texts = [(text or "").strip() for text in (own, ast.get_docstring(tree))]
     comment = source.lstrip().split("\n")[0]
     texts.append(comment.lstrip("# ") if comment.startswith("#") else "")
     return clean_text(next(filter(None, texts), "").split("\n")[0].strip(), MAX_SUMMARY)
+
+
+def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
+    """Read the parameters off a policy that a model or a person wrote.
+
+    In a function they are the arguments with a literal default, other than traj and scene; in a script, the
+    top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
+    the line, or from a docstring line such as `distance: how far to shift [m]`.
+    """
+    held = literals(tree, entry)
+    lines = Counter(node.end_lineno for _, node in held.values())
+    comments = _comments(source)
+    notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
+    parameters = []
+    for name, (value, node) in held.items():
+        comment = comments.get(node.end_lineno or node.lineno, "")
+        named = _notes(comment)
+        own = comment if lines[node.end_lineno] == 1 and not named.keys() & held.keys() else ""
+        text = named.get(name) or own or notes.get(name, "")
+        parameters.append(Parameter(name, value, *_unit(clean_text(text, MAX_NOTE))))
+    return tuple(parameters)
+
+
+def _comments(source: str) -> dict[int, str]:
+    """Text of the comment at the end of each line that has one."""
+    found = {}
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(source).readline):
+            if token.type == tokenize.COMMENT:
+                found[token.start[0]] = token.string[:MAX_NOTE].lstrip("#: ").strip()
+    except (tokenize.TokenError, SyntaxError):
+        return {}
+    return found
+
+
+_NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
+_BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
+_PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
+_COUNTS = frozenset("1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split())
+"""What stands where a unit would, besides those that `units` knows."""
+
+
+def _notes(text: str) -> dict[str, str]:
+    """Lines such as `name: text` or `name (float): text`."""
+    notes: dict[str, str] = {}
+    for line in text.split("\n"):
+        found = _NOTE.match(line[:MAX_NOTE])
+        if found:
+            notes.setdefault(found[1], found[2].strip())
+    return notes
+
+
+def _measures(text: str) -> bool:
+    """Whether a text is a unit of measure, or says that there is none."""
+    unit = find(text)
+    return text.strip().lower() in _COUNTS or (unit is not None and unit.dimension not in ("step", "x"))
+
+
+def _unit(text: str) -> tuple[str, str]:
+    """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
+    found = [*(f for f in _PARENTHESES.finditer(text) if _measures(f[1])), *_BRACKETS.finditer(text)][-1:]
+    if not found:
+        return (text.strip(), "") if _measures(text) else ("", text.strip())
+    return found[0][1].strip(), (text[: found[0].start()] + text[found[0].end() :]).strip(" ,;")
 
 
 _HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
@@ -353,8 +423,12 @@ def _demo(source: str, tree: ast.Module, entry: EntryPoint, gone: set[ast.stmt])
     for statement in statements:
         for name in _touched(statement):
             binders.setdefault(name, []).append(statement)
-    start = [*binders.get(entry.name, []), *(s for s in statements if _must_stay(s))]
-    kept = reached(start, lambda node: binders.get(node, ()) if isinstance(node, str) else _reads(node, scopes))
+    start: list[ast.stmt | str] = [entry.name, *(s for s in statements if _must_stay(s))]
+
+    def follow(node: ast.stmt | str) -> Iterable[ast.stmt | str]:
+        return binders.get(node, ()) if isinstance(node, str) else _reads(node, scopes)
+
+    kept = reached(start, follow)
     return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
 
 

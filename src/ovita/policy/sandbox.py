@@ -1,12 +1,13 @@
 """Running a policy where it can compute and nothing else, and taking only a trajectory from it.
 
-A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.direct`); every other one in a
+A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.policy`); every other one in a
 process that the kernel locks in (`ovita.policy.processes`).
 """
 
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -29,8 +30,8 @@ from ovita.paths.geometry import lengths
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
 from ovita.policy import wire
-from ovita.policy.direct import TooMuch, run_proven
-from ovita.policy.policy import Policy, entry_of, to_rows
+from ovita.policy.policy import Policy, TooMuch, run_proven
+from ovita.policy.source import entry_of, stated, to_rows
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
 
@@ -75,6 +76,7 @@ class Rollout:
         expectations: Postconditions that it states.
         prints: What it printed, cleaned and shortened.
         isolation: "strict", "degraded", or "in process" for a policy that is proven to be toolkit calls only.
+        elapsed_ms: Time from the call to the result [ms].
         corners: Whether it draws a figure that has corners.
     """
 
@@ -83,6 +85,7 @@ class Rollout:
     expectations: tuple[Expectation, ...] = ()
     prints: str = ""
     isolation: str = "strict"
+    elapsed_ms: float = 0.0
     corners: bool = False
 
 
@@ -166,13 +169,14 @@ def _run(
 
     Leaving one out is refused where the other is not there to hold.
     """
+    started = time.perf_counter()
     isolation = known_isolation(isolation)
     table = _table(trajectory, policy)
     if isolation == "auto" and checked and locked and limits == LIMITS:
         with suppress(TooMuch):
             result, recorder = run_proven(policy.tree, table, scene)
             rows = to_rows(result, table[:, :4], f"the result of {entry_of(policy.tree).name}")
-            return _rollout(rows, _stated(recorder), trajectory, scene, "in process")
+            return _rollout(rows, _plainly_stated(recorder), trajectory, scene, "in process", started)
     where = "degraded" if isolation == "degraded" else "strict"
     if where == "strict" and (lacking := missing()):
         raise IsolationUnavailable(
@@ -182,8 +186,8 @@ def _run(
     if not checked and (where != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
     limits = replace(limits, wall_s=limits.wall_s * max(1.0, len(table) / _USUAL_ROWS))
-    rows, stated = _in_a_process(policy, table, scene, limits, where, wire.CHECKED * checked | wire.LOCKED * locked)
-    return _rollout(rows, stated, trajectory, scene, where)
+    rows, told = _in_a_process(policy, table, scene, limits, where, wire.CHECKED * checked | wire.LOCKED * locked)
+    return _rollout(rows, told, trajectory, scene, where, started)
 
 
 def _in_a_process(
@@ -199,22 +203,25 @@ def _in_a_process(
     return _read(POOL.ask(head, body) if where == "strict" else once(head, body), limits)
 
 
-def _stated(recorder: Recorder) -> Any:
+def _plainly_stated(recorder: Recorder) -> Any:
     """What a policy stated in this process, as it would come back in a job's payload."""
     try:
-        return json.loads(json.dumps(recorder.stated(wire.MAX_EXPECTATIONS), allow_nan=False))
+        return json.loads(json.dumps(stated(recorder), allow_nan=False))
     except (TypeError, ValueError, RecursionError):
         raise PolicyOutputInvalid(wire.NOT_PLAIN) from None
 
 
-def _rollout(rows: Array, stated: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str) -> Rollout:
+def _rollout(
+    rows: Array, told: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
+) -> Rollout:
     return Rollout(
         to_trajectory(rows, trajectory, scene),
-        _contacts(stated, scene),
-        _expectations(stated),
-        clean_text(stated.get("prints"), wire.MAX_PRINTS),
+        _contacts(told, scene),
+        _expectations(told),
+        clean_text(told.get("prints"), wire.MAX_PRINTS),
         isolation,
-        stated.get("corners") is True,
+        (time.perf_counter() - started) * 1000.0,
+        told.get("corners") is True,
     )
 
 

@@ -161,15 +161,6 @@ class Recorder:
     expectations: list[Expectation] = field(default_factory=list)
     corners: bool = False
 
-    def stated(self, most: int) -> dict[str, Any]:
-        """What was collected, at most so many of each, as values that JSON knows if the policy kept to them."""
-        promises = self.expectations[:most]
-        return {
-            "contacts": [str(name) for name in self.contacts[:most]],
-            "corners": bool(self.corners),
-            "expectations": [{"kind": e.kind, "arguments": dict(e.arguments), "text": e.text} for e in promises],
-        }
-
 
 def note_contact(recorder: Recorder | None, target: Target | None, shift: Array) -> None:
     """Record that the policy means to touch a target, if that is an object and no offset keeps away from it."""
