@@ -84,14 +84,9 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
 
 @dataclass(frozen=True)
 class Interpretation:
-    """What an utterance does to a session.
+    """What an utterance does to a session: it adds a step of a kind, goes to another, or (None and None) does neither.
 
-    Args:
-        result: The adaptation, or an answer without a policy.
-        kind: How the step came about, or None if it adds none.
-        on: Which trajectory it is about.
-        goto: The step to go to instead of adding one, or None.
-        asked: The utterance that led to a question, or "".
+    `asked` is the utterance, where the result is a question.
     """
 
     result: Adaptation
@@ -103,15 +98,9 @@ class Interpretation:
 
 @dataclass(frozen=True)
 class Feedback:
-    """Feedback as it was read.
+    """Feedback as it was read: edits of the frames of the turns in force from `first` on, or a question.
 
-    Args:
-        said: The words.
-        reading: The edits, or a question.
-        frames: The frames that the edits are about.
-        first: Number of the turn in force that these begin with.
-        values: What was realised for them.
-        parameters: New values of parameters, where the words name one of them.
+    `values` are what was realised for these frames; `parameters` are new values, where the words name a parameter.
     """
 
     said: str
@@ -137,14 +126,8 @@ class Feedback:
 class DialogueState:
     """What an utterance is interpreted against.
 
-    Args:
-        history: The steps so far.
-        now: The situation as it is.
-        writer: A policy writer or its name.
-        reader: Reads instructions into frames.
-        asked: The utterance that led to a question right before, or "".
-        selection: The part of the path that a person marked by hand, which "here" means.
-        stages: Of `adapt`: isolation, progress and cancel.
+    `asked` is the utterance that led to a question right before, or ""; `selection` is the part of the path that a
+    person marked by hand, which "here" means; `stages` are isolation, progress and cancel of `adapt`.
     """
 
     history: History

@@ -184,11 +184,8 @@ def _proven_function(tree: ast.Module) -> ast.FunctionDef | None:
 class _Statements:
     """Statements with what a proof needs of them.
 
-    Args:
-        body: The statements.
-        simple: Whether all in them is of the kinds that a proven policy may contain.
-        read: The names that they read or bind, what they call left out.
-        bound: The names that they bind.
+    `simple` says that all in them is of the kinds that a proven policy may contain; `read` are the names that they read
+    or bind, what they call left out; `bound` are those that they bind.
     """
 
     body: tuple[ast.stmt, ...]
@@ -288,12 +285,7 @@ def _is_literal(node: ast.expr) -> bool:
 
 @dataclass(frozen=True)
 class Proof:
-    """A policy that is proven, with what running it needs to know: so that it is proven once and run often.
-
-    Args:
-        function: Its function.
-        arguments: How many of (traj, scene) it takes.
-    """
+    """A proven policy's function, and how many of (traj, scene) it takes: it is proven once and run often."""
 
     function: ast.FunctionDef
     arguments: int

@@ -47,13 +47,7 @@ Value = float | int | bool | str | None | tuple[Any, ...]
 
 @dataclass(frozen=True)
 class EntryPoint:
-    """Where a policy starts.
-
-    Args:
-        form: "function" or "script".
-        name: The function to call, or "" for a script.
-        arguments: How many of (traj, scene) the function takes: 0, 1 or 2.
-    """
+    """Where a policy starts: at a function, which takes 0, 1 or 2 of (traj, scene), or at the top of a script."""
 
     form: Form
     name: str = ""

@@ -466,14 +466,10 @@ class PromptStyle:
 
 @dataclass(frozen=True)
 class Sections:
-    """The text of a prompt by its sections.
+    """The text of a prompt by its sections: rules that are the same for every request, so that prefix caches work.
 
-    Args:
-        rules: Role, rules, toolkit and fixed examples: the same for every request, so that prefix caches work.
-        help: Functions and examples that are like the instruction.
-        scene: Frame, objects, environment, trajectory and limits.
-        history: Earlier turns.
-        instruction: The instruction.
+    Then `help` (functions and examples that are like the instruction), the scene with trajectory and limits, earlier
+    turns, and the instruction.
     """
 
     rules: str

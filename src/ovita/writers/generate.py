@@ -295,13 +295,7 @@ def reply_for(
 
 @dataclass(frozen=True)
 class FramesWriter:
-    """A writer that realises frames, whatever the words are.
-
-    Args:
-        frames: What is asked for.
-        unplaced: Words that no frame was read from; then nothing is written.
-        name: How it is named.
-    """
+    """A writer that realises frames, whatever the words are; nothing where words are unplaced."""
 
     frames: tuple[SemanticFrame, ...]
     unplaced: tuple[str, ...] = ()
