@@ -30,6 +30,7 @@ from ovita.measure import compare
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.paths.trajectory import Array, Trajectory
+from ovita.policy import Parameter
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
 from ovita.text import number, sentence
@@ -523,6 +524,10 @@ def _meaning(before: Adaptation | None, result: Adaptation) -> str:
     old = {p.name: p for p in before.parameters} if before else {}
     changed = [p for p in result.parameters if p.name in old and old[p.name].value != p.value]
     if changed and set(old) == {p.name for p in result.parameters}:
-        turned = [(f"{shown(old[p.name])} -> {shown(p, named=False)}", p.meaning) for p in changed]
-        return ", ".join(f"{text} ({meaning})" if meaning else text for text, meaning in turned)
+        return ", ".join(_turned(old[p.name], p) for p in changed)
     return " ".join(result.plan).rstrip(".") or "nothing to do"
+
+
+def _turned(old: Parameter, new: Parameter) -> str:
+    text = f"{shown(old)} -> {shown(new, named=False)}"
+    return f"{text} ({new.meaning})" if new.meaning else text

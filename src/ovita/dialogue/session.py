@@ -77,11 +77,14 @@ class Session:
     ) -> Session:
         """A session that goes on from a saved adaptation; its policy is not run until a knob is turned."""
         session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
-        if adaptation.usable:
-            session._add(adaptation.instruction or "opened a result", "current", adaptation, "opened")
-        elif adaptation.proposal is not None:
-            session._pending = adaptation.instruction, Interpretation(adaptation)
+        session._begin(adaptation, adaptation.instruction or "opened a result", "opened")
         return session
+
+    def _begin(self, adaptation: Adaptation, said: str, kind: Kind) -> None:
+        if adaptation.usable:
+            self._add(said, "current", adaptation, kind)
+        elif adaptation.proposal is not None:
+            self._pending = adaptation.instruction, Interpretation(adaptation)
 
     @property
     def situation(self) -> Situation:
@@ -194,10 +197,7 @@ class Session:
             raise RequestError("there is a trajectory already; say what should change")
         self.original, self.scene = adaptation.original, adaptation.scene
         self._history.first, self._asked, self._behind = self.situation, "", True
-        if adaptation.usable:
-            self._add(adaptation.instruction, "current", adaptation, "said")
-        elif adaptation.proposal is not None:
-            self._pending = adaptation.instruction, Interpretation(adaptation, kind="said")
+        self._begin(adaptation, adaptation.instruction, "said")
 
     def ask_about(self, said: str) -> None:
         """Remember a sentence that led to a question, which the next sentence answers."""

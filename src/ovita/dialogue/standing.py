@@ -115,13 +115,13 @@ def lost(
         by_hand: Whether the result is an edit by hand.
     """
     found: list[Loss] = []
-    settled = {_subject(promise, by_hand) for promise in result.postconditions}
+    settled = {"", *(_subject(promise, by_hand) for promise in result.postconditions)}
     pairs = list(zip(turns, turns if afresh is None else afresh, strict=True))
     for ago, (turn, again) in enumerate(reversed(pairs), start=1):
         both = zip(turn.postconditions, again.postconditions, strict=False)
         mine = {_subject(was, by_hand): (was, now) for was, now in both if was.held and was.kind == now.kind}
-        for subject, (was, now) in mine.items():
-            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene, by_hand)[0]:
+        for was, now in [pair for subject, pair in mine.items() if subject not in settled]:
+            if not _holds(was, turn, before, scene or result.scene, by_hand)[0]:
                 continue
             held, outcome = _holds(now, again, result.adapted, result.scene, by_hand)
             if not held:

@@ -186,8 +186,8 @@ def _run(
     if not checked and (where != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
     limits = replace(limits, wall_s=limits.wall_s * max(1.0, len(table) / _USUAL_ROWS))
-    rows, told = _in_a_process(policy, table, scene, limits, where, wire.CHECKED * checked | wire.LOCKED * locked)
-    return _rollout(rows, told, trajectory, scene, where, started)
+    rows, header = _in_a_process(policy, table, scene, limits, where, wire.CHECKED * checked | wire.LOCKED * locked)
+    return _rollout(rows, header, trajectory, scene, where, started)
 
 
 def _in_a_process(
@@ -212,16 +212,16 @@ def _plainly_stated(recorder: Recorder) -> Any:
 
 
 def _rollout(
-    rows: Array, told: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
+    rows: Array, header: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
 ) -> Rollout:
     return Rollout(
         to_trajectory(rows, trajectory, scene),
-        _contacts(told, scene),
-        _expectations(told),
-        clean_text(told.get("prints"), wire.MAX_PRINTS),
+        _contacts(header, scene),
+        _expectations(header),
+        clean_text(header.get("prints"), wire.MAX_PRINTS),
         isolation,
         (time.perf_counter() - started) * 1000.0,
-        told.get("corners") is True,
+        header.get("corners") is True,
     )
 
 
