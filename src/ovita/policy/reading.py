@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import dropwhile
 from typing import NamedTuple
 
 from ovita.errors import PolicyRejected
@@ -261,14 +262,11 @@ def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[P
 
 def _comments(source: str) -> dict[int, str]:
     """Text of the comment at the end of each line that has one."""
-    found = {}
     try:
-        for token in tokenize.generate_tokens(io.StringIO(source).readline):
-            if token.type == tokenize.COMMENT:
-                found[token.start[0]] = token.string[:MAX_NOTE].lstrip("#: ").strip()
+        tokens = [t for t in tokenize.generate_tokens(io.StringIO(source).readline) if t.type == tokenize.COMMENT]
     except (tokenize.TokenError, SyntaxError):
         return {}
-    return found
+    return {token.start[0]: token.string[:MAX_NOTE].lstrip("#: ").strip() for token in tokens}
 
 
 _NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
@@ -280,12 +278,8 @@ _COUNTS = frozenset("1/m waypoints points steps index factor ratio fraction unit
 
 def _notes(text: str) -> dict[str, str]:
     """Lines such as `name: text` or `name (float): text`."""
-    notes: dict[str, str] = {}
-    for line in text.split("\n"):
-        found = _NOTE.match(line[:MAX_NOTE])
-        if found:
-            notes.setdefault(found[1], found[2].strip())
-    return notes
+    found = filter(None, (_NOTE.match(line[:MAX_NOTE]) for line in reversed(text.split("\n"))))
+    return {match[1]: match[2].strip() for match in found}  # of several, the first counts
 
 
 def _measures(text: str) -> bool:
@@ -348,36 +342,34 @@ def _drop(body: list[ast.stmt], surplus: set[ast.stmt], page: _Page, *, is_modul
 
 
 def _bodies(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
-    for name in ("body", "orelse", "finalbody"):
-        inner = getattr(statement, name, None)
-        if isinstance(inner, list) and inner and isinstance(inner[0], ast.stmt):
-            yield inner
-    for part in [*getattr(statement, "handlers", []), *getattr(statement, "cases", [])]:
-        yield part.body
+    for part in (statement, *getattr(statement, "handlers", ()), *getattr(statement, "cases", ())):
+        lists = (value for _, value in ast.iter_fields(part) if isinstance(value, list))
+        yield from (inner for inner in lists if inner and isinstance(inner[0], ast.stmt))
 
 
 def _unreachable(body: list[ast.stmt]) -> list[ast.stmt]:
-    for i, statement in enumerate(body):
-        if isinstance(statement, ast.Return | ast.Raise | ast.Break | ast.Continue):
-            tail = body[i + 1 :]
-            generator = any(isinstance(n, ast.Yield | ast.YieldFrom) for s in tail for n in ast.walk(s))
-            return [] if generator else tail
-    return []
+    tail = [*dropwhile(lambda s: not isinstance(s, ast.Return | ast.Raise | ast.Break | ast.Continue), body)][1:]
+    generator = any(isinstance(n, ast.Yield | ast.YieldFrom) for s in tail for n in ast.walk(s))
+    return [] if generator else tail
 
 
 def _is_idle_print(statement: ast.stmt) -> bool:
     """Whether a statement is a print whose arguments do nothing."""
     match statement:
         case ast.Expr(value=ast.Call(func=ast.Name(id="print")) as call):
-            for node in ast.walk(call):
-                match node:
-                    case ast.NamedExpr() | ast.Await() | ast.Yield() | ast.YieldFrom():
-                        return False
-                    case ast.Name(id=name) if name in REASONS or name == "next":
-                        return False
-                    case ast.Attribute(attr=name) if name in _MUTATORS or refusal(name):
-                        return False
+            return not any(map(_acts, ast.walk(call)))
+    return False
+
+
+def _acts(node: ast.AST) -> bool:
+    """Whether an expression may do more than have a value."""
+    match node:
+        case ast.NamedExpr() | ast.Await() | ast.Yield() | ast.YieldFrom():
             return True
+        case ast.Name(id=name):
+            return name in REASONS or name == "next"
+        case ast.Attribute(attr=name):
+            return name in _MUTATORS or refusal(name) is not None
     return False
 
 
@@ -463,12 +455,12 @@ def _reads(statement: ast.stmt, scopes: _Scopes) -> set[str]:
 
 def _touched(statement: ast.stmt) -> set[str]:
     """Names that a top-level statement binds or, short of an assignment, may change by calling their methods."""
-    names = set(bound_names(statement))
-    if not isinstance(statement, ast.Assign | ast.AnnAssign | ast.FunctionDef | ast.ClassDef):
-        for node in ast.walk(statement):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-                names |= {name for name in (root_name(node.func),) if name and name not in ("np", "math")}
-    return names
+    bound = set(bound_names(statement))
+    if isinstance(statement, ast.Assign | ast.AnnAssign | ast.FunctionDef | ast.ClassDef):
+        return bound
+    called = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
+    owners = {root_name(function) or "" for function in called if isinstance(function, ast.Attribute)}
+    return bound | (owners - {"", *_GIVEN_MODULES.values()})
 
 
 def _must_stay(statement: ast.stmt) -> bool:

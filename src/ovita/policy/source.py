@@ -386,21 +386,20 @@ def _fitting(name: str, old: Value, value: Value, unit: str) -> Value:
     """
     if value is None and old is None:
         return None
-    if isinstance(old, tuple):
-        kind = f"a group of {len(old)} values"
-        if isinstance(value, tuple | list) and len(value) == len(old):
-            return tuple(_fitting(name, a, b, unit or "-") for a, b in zip(old, value, strict=True))
-    else:
-        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
-        kind, fitting = _alike(old, value, number if number is not None and math.isfinite(number) else None, bool(unit))
-        if fitting is not None:
-            return fitting
-    raise PolicyRejected(f"parameter {name} is {kind}, such as {old!r}; {value!r} is not")
+    if isinstance(old, tuple) and isinstance(value, tuple | list) and len(value) == len(old):
+        return tuple(_fitting(name, a, b, unit or "-") for a, b in zip(old, value, strict=True))
+    number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    kind, fitting = _alike(old, value, number if math.isfinite(number) else None, bool(unit))
+    if fitting is None:
+        raise PolicyRejected(f"parameter {name} is {kind}, such as {old!r}; {value!r} is not")
+    return fitting
 
 
 def _alike(old: Value, value: Value, number: float | None, any_number: bool) -> tuple[str, Value]:
     """What is expected in place of an old value, and the new one in its type, or None."""
     match old:
+        case tuple():
+            return f"a group of {len(old)} values", None
         case bool():
             return "True or False", value if isinstance(value, bool) else None
         case int():
