@@ -11,7 +11,7 @@ import re
 from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, field_validator
@@ -350,8 +350,8 @@ def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     lead = [line for line in sections.get("", []) if _MARKER.match(line)]
     question = " ".join(sections.get("question", []))
     if not code and not question:
-        asked = [said for said in re.split(r"(?<=[.?!])\s|\n", prose) if said.endswith("?")]
-        question = asked[-1].strip() if asked else ""
+        asked = [sentence.strip() for sentence in re.split(r"(?<=[.?!])\s|\n", prose) if sentence.endswith("?")]
+        question = "".join(asked[-1:])
     return answer_from(
         {
             "plan": sections.get("plan") or lead,
@@ -376,12 +376,8 @@ def _unfenced(text: str) -> str:
     match = _POLICY_START.search(text)
     if match is None:
         return ""
-    lines: list[str] = []
-    for line in text[match.start() :].split("\n"):
-        if _LABEL.match(line) or not _TOP_LEVEL_CODE.match(line):
-            break
-        lines.append(line)
-    return "\n".join(lines).rstrip()
+    lines = text[match.start() :].split("\n")
+    return "\n".join(takewhile(lambda line: _TOP_LEVEL_CODE.match(line) and not _LABEL.match(line), lines)).rstrip()
 
 
 def _sections(prose: str) -> dict[str, list[str]]:
