@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
-from ovita.dialogue.standing import KEEP_IT, Loss, lost
+from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values

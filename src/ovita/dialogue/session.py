@@ -20,8 +20,8 @@ from ovita.dialogue.history import (
     replayed,
     write_session,
 )
+from ovita.dialogue.postconditions import answered, lost
 from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
-from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal

@@ -209,16 +209,14 @@ class _Check(ast.NodeVisitor):
             raise _reject(node, f"a policy has no package around it, so it cannot import relatively; {_INSTEAD}")
         module = node.module or ""
         self.module(module, node)
-        for alias in node.names:
-            if f"{module}.{alias.name}" in MODULES or alias.name == "*":
+        for name in (alias.name for alias in node.names):
+            if f"{module}.{name}" in MODULES or name == "*":
                 continue
-            only = ONLY.get(module)
-            reason = refusal(alias.name)
             if module == "scipy":
-                raise _reject(node, f"scipy.{alias.name} is not available in a policy; {_INSTEAD}")
-            if reason or (only is not None and alias.name not in only) or alias.name.startswith("_"):
-                why = reason or REASONS.get(alias.name) or f"a policy may not import {alias.name} from {module}"
-                raise _reject(node, why)
+                raise _reject(node, f"scipy.{name} is not available in a policy; {_INSTEAD}")
+            reason = refusal(name)
+            if reason or name not in ONLY.get(module, (name,)) or name.startswith("_"):
+                raise _reject(node, reason or REASONS.get(name) or f"a policy may not import {name} from {module}")
         self.generic_visit(node)
 
     def module(self, name: str, node: ast.AST) -> None:

@@ -1,8 +1,8 @@
 """Postconditions over a conversation: what earlier turns promised is measured again after every later one.
 
-Only what a later turn can lose by accident stands: distances, sides, places passed, ends, speeds and their bounds; and
-for an edit by hand, which says nothing, also how far the path was to move. A turn that promises something of its own
-about the same object, end or speed replaces what stood before.
+Only what a later turn can lose by accident stays in force: distances, sides, places passed, ends, speeds and their
+bounds; and for an edit by hand, which says nothing, also how far the path was to move. A turn that promises something
+of its own about the same object, end or speed replaces what was in force.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def lost(
     afresh: Sequence[Adaptation] | None = None,
     by_hand: bool = False,
 ) -> list[Loss]:
-    """The standing postconditions that held before a result and no longer do.
+    """The postconditions in force that held before a result and no longer do.
 
     Args:
         turns: The earlier turns in force, oldest first, without the one that the result is a correction of.
@@ -148,7 +148,7 @@ def _holds(
 
 
 def _subject(promise: Postcondition, by_hand: bool) -> str:
-    """What a postcondition is about, or "" if it does not stand."""
+    """What a postcondition is about, or "" if it does not stay in force."""
     if by_hand and promise.kind in _AMOUNTS:
         return f"{promise.kind} {promise.arguments}"
     subject, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
