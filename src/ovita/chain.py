@@ -133,10 +133,10 @@ def adapt(
     last = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
     if budget.cancelled:
         last = replace(last, policy=None, error="stopped on request; the trajectory is unchanged")
-    if last.policy is None or last.rollout is None:
+    if last.policy is None:
         return _declined(request, last, clock)
     budget.say("enforcing the limits")
-    result = _finish(request, last.policy, last.rollout, last, constraints, clock)
+    result = _finish(request, last, constraints, clock)
     if last.reply.confirm:
         return to_confirm(result, last.reply.unplaced, last.reply.doubts)
     if explain_with_model and last.by is not None:
@@ -247,7 +247,7 @@ def rerun(
     )
     outcomes = judged(request, rollout, rollout.trajectory.to_array())
     attempt = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
-    return _finish(request, policy, rollout, attempt, constraints or adaptation.options, clock)
+    return _finish(request, attempt, constraints or adaptation.options, clock)
 
 
 def _turned(adaptation: Adaptation, values: Mapping[str, Any], before: Mapping[str, Any]) -> Policy:
@@ -274,9 +274,8 @@ def enforced(
     Changes are measured from `original`, or from the trajectory itself; `said` is recorded as the instruction.
     """
     request = Request(said, original or trajectory, scene, robot)
-    reply = Reply("policy", writer=WriterInfo("none"))
-    policy, rollout = Policy(UNCHANGED), Rollout(trajectory)
-    return _finish(request, policy, rollout, Attempt(reply, policy, rollout), constraints, _Clock(), by_hand=True)
+    made = Attempt(Reply("policy", writer=WriterInfo("none")), Policy(UNCHANGED), Rollout(trajectory))
+    return _finish(request, made, constraints, _Clock(), by_hand=True)
 
 
 def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
@@ -351,17 +350,12 @@ def _unplaced(reply: Reply, names: Sequence[str]) -> str:
 
 
 def _finish(
-    request: Request,
-    policy: Policy,
-    rollout: Rollout,
-    attempt: Attempt,
-    constraints: ConstraintOptions | None,
-    clock: _Clock,
-    by_hand: bool = False,
+    request: Request, attempt: Attempt, constraints: ConstraintOptions | None, clock: _Clock, by_hand: bool = False
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
-    reply = attempt.reply
-    rollout, before, restored = _with_ends_restored(request, rollout, attempt.outcomes)
+    reply, policy = attempt.reply, attempt.policy
+    assert policy is not None and attempt.rollout is not None, "a policy that ran"
+    rollout, before, restored = _with_ends_restored(request, attempt.rollout, attempt.outcomes)
     contacts = _contacts(request, rollout, reply)
     options = constraints or ConstraintOptions()
     solution = _enforced(request, rollout, before, contacts, options)
@@ -416,6 +410,9 @@ def _contacts(request: Request, rollout: Rollout, reply: Reply) -> tuple[str, ..
     return tuple(dict.fromkeys([*rollout.contacts, *named]))
 
 
+_ENDS = {"start": (0, move_start), "goal": (-1, move_goal)}
+
+
 def _with_ends_restored(
     request: Request, rollout: Rollout, outcomes: Sequence[Outcome]
 ) -> tuple[Rollout, Sequence[Outcome], list[str]]:
@@ -423,11 +420,10 @@ def _with_ends_restored(
     rows = rollout.trajectory.to_array()
     said: list[str] = []
     for expectation, outcome in zip(rollout.expectations, outcomes, strict=True):
-        if expectation.kind in ("start", "goal") and not expectation.arguments and not outcome.held:
-            end = 0 if expectation.kind == "start" else -1
+        if expectation.kind in _ENDS and not expectation.arguments and not outcome.held:
+            end, bring = _ENDS[expectation.kind]
             place = request.trajectory.positions[end]
             away = number(math.dist(rows[end, :3], place))
-            bring = move_start if end == 0 else move_goal
             rows = bring(rows, place, blend=RESTORED)
             what = f"The {expectation.kind} is to stay, but the policy had moved it by {away} m"
             said.append(f"{what}: it was brought back.")
