@@ -25,7 +25,7 @@ from ovita.augment.verified import Manner
 from ovita.augment.wording import families_from
 from ovita.chain import adapt
 from ovita.instruct.frames import from_json
-from ovita.policy import direct
+from ovita.policy import policy
 from ovita.writers.generate import FramesWriter
 
 POOL = RandomScenes(waypoints=50)
@@ -90,13 +90,13 @@ def _row(name: str, do: Callable[[], Any], count: int) -> None:
 @contextmanager
 def _slow() -> Iterator[None]:
     """Without what was made faster: each statement is read again, and `constrain` measures every limit each time."""
-    kept = direct._read, Legality.steady
-    direct._read = direct._read.__wrapped__  # type: ignore[assignment]
+    kept = policy._read, Legality.steady
+    policy._read = policy._read.__wrapped__  # type: ignore[assignment]
     Legality.steady = lambda self, proposed: False  # type: ignore[method-assign, assignment]
     try:
         yield
     finally:
-        direct._read, Legality.steady = kept  # type: ignore[method-assign]
+        policy._read, Legality.steady = kept  # type: ignore[method-assign]
 
 
 def _workers(job: Job) -> None:

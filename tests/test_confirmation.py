@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from ovita import accept
 from ovita.chain import adapt
 from ovita.cli.main import cli
+from ovita.dialogue.postconditions import answered
 from ovita.dialogue.session import Session
-from ovita.dialogue.standing import answered
 from ovita.errors import FormatError, RequestError
 from ovita.gate import review
 from ovita.io import load_task

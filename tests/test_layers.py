@@ -106,7 +106,6 @@ MAY_MATCH_TEXT = {
     "errors.py",
     "text.py",
     "policy/check.py",
-    "policy/policy.py",
     "policy/reading.py",
     "writers/explain.py",
     "writers/models/exchange.py",

@@ -19,8 +19,8 @@ from realised import setting
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.direct import run_proven
-from ovita.policy.policy import parse_tree
+from ovita.policy.policy import run_proven
+from ovita.policy.source import parse_tree
 from ovita.request import Request
 from ovita.writers.base import Reply, ground
 from ovita.writers.generate import BuiltinWriter

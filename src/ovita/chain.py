@@ -133,10 +133,10 @@ def adapt(
     last = write(prompt, chosen, isolation=isolation, repairs=repairs, lap=clock.lap)
     if budget.cancelled:
         last = replace(last, policy=None, error="stopped on request; the trajectory is unchanged")
-    if last.policy is None or last.rollout is None:
+    if last.policy is None:
         return _declined(request, last, clock)
     budget.say("enforcing the limits")
-    result = _finish(request, last.policy, last.rollout, last, constraints, clock)
+    result = _finish(request, last, constraints, clock)
     if last.reply.confirm:
         return to_confirm(result, last.reply.unplaced, last.reply.doubts)
     if explain_with_model and last.by is not None:
@@ -177,8 +177,12 @@ def batch(
     said = [instructions] * len(items) if instructions is None or isinstance(instructions, str) else [*instructions]
     if len(said) != len(items):
         raise RequestError(f"there are {len(items)} tasks but {len(said)} instructions; give one, or one for each")
-    surroundings = None if scene is None else scene_of(scene)
-    requests = [_numbered(i, *pair, surroundings, robot) for i, pair in enumerate(zip(items, said, strict=True))]
+    surroundings, requests = None if scene is None else scene_of(scene), []
+    for i, (about, instruction) in enumerate(zip(items, said, strict=True)):
+        try:
+            requests.append(requested(about, instruction, scene=surroundings, robot=robot))
+        except InputError as error:
+            raise RequestError(f"task {i}: {error}") from None
     chosen = _chosen(writer)
 
     def one(request: Request) -> Adaptation:
@@ -188,15 +192,6 @@ def batch(
         return [one(request) for request in requests]
     with ThreadPoolExecutor(workers) as pool:
         return list(pool.map(one, requests))
-
-
-def _numbered(
-    i: int, about: Request | Adaptable, instruction: str | None, scene: Scene | None, robot: Robot | str | None
-) -> Request:
-    try:
-        return requested(about, instruction, scene=scene, robot=robot)
-    except InputError as error:
-        raise RequestError(f"task {i}: {error}") from None
 
 
 def _chosen(writer: PolicyWriter | str) -> PolicyWriter:
@@ -231,12 +226,7 @@ def rerun(
         raise RequestError("rerun takes an adaptation and its new values by name, such as rerun(result, {'up': 0.2})")
     clock = _Clock()
     before = {p.name: p.value for p in adaptation.parameters}
-    unknown = [name for name in parameters if name not in before]
-    if unknown:
-        raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
-    from ovita.policy.reading import parse
-
-    policy = parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**parameters)
+    policy = _turned(adaptation, parameters, before)
     request = Request(adaptation.instruction, adaptation.original, adaptation.scene, adaptation.robot)
     try:
         rollout = run(policy, request.trajectory, request.scene, isolation=isolation)
@@ -256,8 +246,18 @@ def rerun(
         frames=by_hand(adaptation.frames, adaptation.parameters, parameters),
     )
     outcomes = judged(request, rollout, rollout.trajectory.to_array())
-    run_again = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
-    return _finish(request, policy, rollout, run_again, constraints or adaptation.options, clock)
+    attempt = Attempt(reply, policy, rollout, outcomes, count=adaptation.attempts)
+    return _finish(request, attempt, constraints or adaptation.options, clock)
+
+
+def _turned(adaptation: Adaptation, values: Mapping[str, Any], before: Mapping[str, Any]) -> Policy:
+    """The adaptation's policy with other values of its parameters."""
+    from ovita.policy.reading import parse
+
+    unknown = [name for name in values if name not in before]
+    if unknown:
+        raise PolicyRejected(f"there is no parameter {unknown[0]!r}; there are {', '.join(before) or 'none'}")
+    return parse(adaptation.code).described_by(adaptation.parameters).with_parameters(**values)
 
 
 def enforced(
@@ -274,20 +274,16 @@ def enforced(
     Changes are measured from `original`, or from the trajectory itself; `said` is recorded as the instruction.
     """
     request = Request(said, original or trajectory, scene, robot)
-    reply = Reply("policy", writer=WriterInfo("none"))
-    policy, rollout = Policy(UNCHANGED), Rollout(trajectory)
-    return _finish(request, policy, rollout, Attempt(reply, policy, rollout), constraints, _Clock(), by_hand=True)
+    made = Attempt(Reply("policy", writer=WriterInfo("none")), Policy(UNCHANGED), Rollout(trajectory))
+    return _finish(request, made, constraints, _Clock(), by_hand=True)
 
 
 def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
     """The adaptation if no policy ran: the trajectory is unchanged."""
-    reply = last.reply
-    status: Status = "failed"
-    error = last.error
-    if not error and reply.kind == "question":
-        status = "needs_clarification"
-    elif not error:
-        status, error = "not_understood", _not_understood(reply, request)
+    reply, error = last.reply, last.error
+    status: Status = "failed" if error else "needs_clarification" if reply.kind == "question" else "not_understood"
+    if status == "not_understood":
+        error = _not_understood(reply, request)
     return Adaptation(
         instruction=request.instruction,
         status=status,
@@ -332,35 +328,34 @@ def to_confirm(result: Adaptation, unplaced: tuple[str, ...] = (), doubts: tuple
     return replace(waiting, explanation=waiting.message)
 
 
+_A_MODEL = "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
+
+
 def _not_understood(reply: Reply, request: Request) -> str:
-    names = request.scene.names
+    names, tried = request.scene.names, reply.writer.tried
+    near, more = "in the second half", "make the path smoother"
+    if names:
+        near, more = f"near {the(names[0])}", f"keep at least 0.2 from {the(names[-1])}"
+    hint = f"Try 'go left by 0.2', 'slow down {near}' or '{more}'"
+    hint += _A_MODEL if reply.writer.kind == "builtin" and len(tried) < 2 else ""
+    others = "".join(f" Also asked: {said.rstrip('.')}." for said in tried[1:])
+    why = " ".join(map(sentence, reply.doubts)) or f"I could not place {_unplaced(reply, names)}"
+    return f"{why} The scene's objects are: {quoted(names) or 'none'}. {hint}.{others}"
+
+
+def _unplaced(reply: Reply, names: Sequence[str]) -> str:
     strange = [word for word in reply.unplaced if word not in names]
-    what = quoted(strange) or (f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction")
-    known = ", ".join(map(repr, names)) or "none"
-    near = f"near {the(names[0])}" if names else "in the second half"
-    more = f"keep at least 0.2 from {the(names[-1])}" if names else "make the path smoother"
-    hint = f" Try 'go left by 0.2', 'slow down {near}' or '{more}'"
-    if reply.writer.kind == "builtin" and len(reply.writer.tried) < 2:
-        hint += (
-            "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"
-        )
-    others = "".join(f" Also asked: {said.rstrip('.')}." for said in reply.writer.tried[1:])
-    why = " ".join(map(sentence, reply.doubts)) or f"I could not place {what}; the trajectory is unchanged."
-    return f"{why} The scene's objects are: {known}.{hint}.{others}"
+    known = f"what to do with {quoted(reply.unplaced)}" if reply.unplaced else "the instruction"
+    return f"{quoted(strange) or known}; the trajectory is unchanged."
 
 
 def _finish(
-    request: Request,
-    policy: Policy,
-    rollout: Rollout,
-    attempt: Attempt,
-    constraints: ConstraintOptions | None,
-    clock: _Clock,
-    by_hand: bool = False,
+    request: Request, attempt: Attempt, constraints: ConstraintOptions | None, clock: _Clock, by_hand: bool = False
 ) -> Adaptation:
     """Phases three and four: constrain, verify, measure, explain."""
-    reply = attempt.reply
-    rollout, before, restored = _with_ends_restored(request, rollout, attempt.outcomes)
+    reply, policy = attempt.reply, attempt.policy
+    assert policy is not None and attempt.rollout is not None, "a policy that ran"
+    rollout, before, restored = _with_ends_restored(request, attempt.rollout, attempt.outcomes)
     contacts = _contacts(request, rollout, reply)
     options = constraints or ConstraintOptions()
     solution = _enforced(request, rollout, before, contacts, options)
@@ -415,6 +410,9 @@ def _contacts(request: Request, rollout: Rollout, reply: Reply) -> tuple[str, ..
     return tuple(dict.fromkeys([*rollout.contacts, *named]))
 
 
+_ENDS = {"start": (0, move_start), "goal": (-1, move_goal)}
+
+
 def _with_ends_restored(
     request: Request, rollout: Rollout, outcomes: Sequence[Outcome]
 ) -> tuple[Rollout, Sequence[Outcome], list[str]]:
@@ -422,11 +420,10 @@ def _with_ends_restored(
     rows = rollout.trajectory.to_array()
     said: list[str] = []
     for expectation, outcome in zip(rollout.expectations, outcomes, strict=True):
-        if expectation.kind in ("start", "goal") and not expectation.arguments and not outcome.held:
-            end = 0 if expectation.kind == "start" else -1
+        if expectation.kind in _ENDS and not expectation.arguments and not outcome.held:
+            end, bring = _ENDS[expectation.kind]
             place = request.trajectory.positions[end]
             away = number(math.dist(rows[end, :3], place))
-            bring = move_start if end == 0 else move_goal
             rows = bring(rows, place, blend=RESTORED)
             what = f"The {expectation.kind} is to stay, but the policy had moved it by {away} m"
             said.append(f"{what}: it was brought back.")
@@ -449,9 +446,8 @@ def _enforced(
     )
     pairs = zip(rollout.expectations, outcomes, strict=True)
     kept = {e.kind for e, outcome in pairs if outcome.held and not e.arguments}
-    pinned = replace(
-        options, fix_start=options.fix_start or "start" in kept, fix_goal=options.fix_goal or "goal" in kept
-    )
+    start, goal = options.fix_start or "start" in kept, options.fix_goal or "goal" in kept
+    pinned = replace(options, fix_start=start, fix_goal=goal)
     solution = enforce(options=pinned)
     if pinned != options and solution.verdict.status == "infeasible":
         return enforce(options=options)  # what is to stay cannot; the postcondition says by how much it moved

@@ -152,12 +152,11 @@ def requested(
         about = load_task(about)
     if not isinstance(about, Task):
         trajectory, assumed = trajectory_of(about, times)
-        return Request(_said(instruction, ""), trajectory, scene, robot, assumed=assumed, selection=selection)
+        return Request(_instruction(instruction, ""), trajectory, scene, robot, assumed=assumed, selection=selection)
     surroundings = about.scene if scene is None else scene_of(scene)
-    chosen = about.robot if robot is None else robot
-    told = stated_limits(surroundings)
-    said = _said(instruction, about.instruction)
-    return Request(said, about.trajectory, surroundings, chosen, assumed=told, selection=selection)
+    chosen, notes = about.robot if robot is None else robot, stated_limits(surroundings)
+    instruction = _instruction(instruction, about.instruction)
+    return Request(instruction, about.trajectory, surroundings, chosen, assumed=notes, selection=selection)
 
 
 def stated_limits(scene: Scene) -> tuple[str, ...]:
@@ -240,7 +239,7 @@ def robot_of(robot: Robot | str | None) -> Robot:
     return load_robot(robot) if robot else UNLIMITED
 
 
-def _said(instruction: str | None, otherwise: str) -> str:
+def _instruction(instruction: str | None, otherwise: str) -> str:
     if instruction is None and not otherwise.strip():
         raise RequestError("there is no instruction; say what should change, such as adapt(task, 'go left by 0.1')")
     return otherwise if instruction is None else instruction

@@ -239,14 +239,17 @@ class Adaptation:
             case "limited":
                 return self._limited()
             case "not_as_meant":
-                broken = [p.outcome for p in self.postconditions if p.lost or not p.held]
-                return "Not as meant: " + " ".join(broken or self.warnings)
+                return f"Not as meant: {' '.join(self._broken or self.warnings)}"
             case "infeasible":
                 conflicts = self.constraints.conflicts if self.constraints else ()
-                return "The limits cannot all hold, so this is the best effort: " + " ".join(conflicts)
+                return f"The limits cannot all hold, so this is the best effort: {' '.join(conflicts)}"
             case "needs_clarification":
                 return self.question
         return self.error if self.proposal is None else self._understood(self.proposal)
+
+    @property
+    def _broken(self) -> list[str]:
+        return [p.outcome for p in self.postconditions if p.lost or not p.held]
 
     def _done(self) -> str:
         if self.lost:
@@ -412,16 +415,17 @@ class Adaptation:
             values["status"] = judged_status(values["constraints"], values["postconditions"])
         if of_0_1_0:
             values["changes"] = compare(values["original"], values["adapted"], values["scene"])
-        waits, held = values["status"] == "needs_confirmation", given.get("proposal")
-        if waits != (held is not None):
-            wanted = "is missing" if waits else f"has no place under the status {values['status']!r}"
-            raise FormatError(file, wanted, key="proposal")
-        if waits:
-            values["proposal"] = cls._proposal_from(read("proposal", dict[str, Any]), file)
-        return cls(**values)
+        return cls(**values, proposal=cls._proposal_of(values["status"], given.get("proposal"), file))
 
     @classmethod
-    def _proposal_from(cls, document: Mapping[str, Any], file: str) -> Adaptation:
+    def _proposal_of(cls, status: Status, held: object, file: str) -> Adaptation | None:
+        waits = status == "needs_confirmation"
+        if waits != (held is not None):
+            wanted = "is missing" if waits else f"has no place under the status {status!r}"
+            raise FormatError(file, wanted, key="proposal")
+        if not waits:
+            return None
+        document = validated(dict[str, Any], held, file, "proposal")
         try:
             proposal = cls.from_document(document, file=file)
         except FormatError as error:
@@ -485,10 +489,15 @@ def judged_status(verdict: Verdict | None, postconditions: Sequence[Postconditio
         return "infeasible"
     if vain or any(p.lost or not (p.held or p.held_before) for p in postconditions):
         return "not_as_meant"
-    kept = verdict is None or verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
-    if verdict is not None and verdict.status == "repaired":
-        kept = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks) or _unseen(verdict, postconditions)
-    return "done" if kept else "limited"
+    return "done" if verdict is None or _kept(verdict, postconditions) else "limited"
+
+
+def _kept(verdict: Verdict, postconditions: Sequence[Postcondition]) -> bool:
+    """Whether the limits left the result as it was meant, or nearly so."""
+    if verdict.status == "repaired":
+        little = all(check.violation_before <= NEGLIGIBLE for check in verdict.checks)
+        return little or _unseen(verdict, postconditions)
+    return verdict.status == "satisfied" or (verdict.status == "off" and verdict.ok)
 
 
 def _unseen(verdict: Verdict, postconditions: Sequence[Postcondition]) -> bool:

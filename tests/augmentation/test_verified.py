@@ -10,7 +10,7 @@ from ovita.augment.verified import Manner, make
 from ovita.augment.wording import families_from, grammar
 from ovita.instruct.builder import PolicyBuilder
 from ovita.limits import constrain
-from ovita.policy.direct import TooMuch
+from ovita.policy.policy import TooMuch
 from ovita.policy.reading import parse
 from ovita.policy.sandbox import run
 

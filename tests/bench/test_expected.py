@@ -9,8 +9,8 @@ from ovita.instruct.realise import realise
 from ovita.measure.predicates import asked, kinds
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.direct import run_proven
-from ovita.policy.policy import parse_tree
+from ovita.policy.policy import run_proven
+from ovita.policy.source import parse_tree
 
 T = np.linspace(0.0, 1.0, 61)
 PATH = Trajectory(

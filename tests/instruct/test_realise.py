@@ -11,8 +11,8 @@ from ovita.instruct.notation import parse
 from ovita.instruct.realise import realise
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.direct import proven, run_proven
-from ovita.policy.policy import parse_tree
+from ovita.policy.policy import proven, run_proven
+from ovita.policy.source import parse_tree
 from ovita.toolkit.judging import judge
 
 T = np.linspace(0.0, 1.0, 61)

@@ -1,5 +1,6 @@
 """Proven policies run in this process: what may be in one, what they may not grow to, and that nothing else gets in."""
 
+import inspect
 import re
 import resource
 import sys
@@ -12,8 +13,8 @@ import pytest
 from ovita.errors import IsolationUnavailable, PolicyCrashed, PolicyOutputInvalid, RequestError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy import Policy, direct, sandbox
-from ovita.policy.direct import MAX_WAYPOINTS, TooMuch, run_proven
+from ovita.policy import Policy, sandbox
+from ovita.policy.policy import MAX_WAYPOINTS, TooMuch, run_proven
 from ovita.policy.sandbox import Isolation, SandboxLimits, run
 from ovita.toolkit import CATALOGUE
 from ovita.toolkit.catalogue import public_signature
@@ -262,14 +263,14 @@ def test_the_input_and_the_scene_stay_as_they_were(line, table, no_process):
 
 
 def test_nothing_is_compiled():
-    text = Path(direct.__file__).read_text()
+    text = Path(inspect.getfile(run_proven)).read_text()
     assert not re.search(r"\b(exec|eval|compile|globals|__import__|import_module)\b\(", text)
 
 
 @linux
 def test_strict_degraded_and_limits_force_a_process(line, table, monkeypatch):
     policy = adapt("return move(traj, up=0.1)")
-    monkeypatch.setattr("ovita.policy.direct.run_proven", lambda *_: pytest.fail("ran in process"))
+    monkeypatch.setattr("ovita.policy.policy.run_proven", lambda *_: pytest.fail("ran in process"))
     monkeypatch.setattr(sandbox, "run_proven", lambda *_: pytest.fail("ran in process"))
     assert run(policy, line, table, isolation="strict").isolation == "strict"
     assert run(policy, line, table, isolation="degraded").isolation == "degraded"

@@ -12,8 +12,7 @@ from ovita.dialogue.session import Session
 from ovita.errors import RequestError
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy import sandbox
-from ovita.policy.policy import Parameter, Policy
+from ovita.policy import Parameter, Policy, sandbox
 from ovita.request import Request
 from ovita.writers import generate
 from ovita.writers.base import Prompt, Reply

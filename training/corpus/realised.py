@@ -31,8 +31,8 @@ from ovita.limits.problem import kind_of
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.direct import run_proven
-from ovita.policy.policy import parse_tree
+from ovita.policy.policy import run_proven
+from ovita.policy.source import parse_tree
 
 VOICES = Path(__file__).parent / "voices"
 SIZES = {"person": (0.5, 0.4, 1.75), "animal": (0.6, 0.3, 0.5)}

@@ -33,9 +33,9 @@ from ovita.measure.predicates import Check
 from ovita.measure.predicates.check import CheckResult, Pair
 from ovita.paths.geometry import lengths
 from ovita.paths.trajectory import Trajectory, interpolate
-from ovita.policy.direct import TooMuch
-from ovita.policy.policy import to_rows
+from ovita.policy.policy import TooMuch
 from ovita.policy.sandbox import to_trajectory
+from ovita.policy.source import to_rows
 
 TRIES = 12
 """Draws for a sample before its number stays empty."""

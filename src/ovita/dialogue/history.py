@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal, cast, get_args
 
@@ -14,6 +14,7 @@ from ovita.io.json_ import check_values, dumps, parse_object
 from ovita.io.waypoints import TrajectoryRows
 from ovita.limits import ConstraintOptions
 from ovita.paths.robot import Robot
+from ovita.paths.trajectory import Trajectory
 from ovita.request import FeedbackOn
 from ovita.result import Adaptation
 
@@ -122,34 +123,18 @@ class Step:
         )
 
 
-def in_force(steps: Sequence[Step]) -> list[tuple[Step, int]]:
-    """The turns that make the current trajectory of the original, oldest first.
-
-    Returns:
-        For every turn its last correction, and how many steps it took with all of them.
-    """
-    turns: list[tuple[Step, int]] = []
-    for step in steps:
-        if step.kind in OWN:
-            alone = step.feedback_on == "original"
-            turns = [(step, sum(count for _, count in turns) + 1)] if alone else [*turns, (step, 1)]
-        elif turns:
-            turns[-1] = step, turns[-1][1] + 1
-        elif step.kind not in ("hand", "limits") and step.adaptation.instruction:
-            turns = [(step, 1)]
-    return turns
-
-
 @dataclass
 class History:
     """Turns as a tree: undo goes to the parent, redo to the child that was last left, and nothing is ever lost.
 
     Args:
+        first: The situation before the first turn.
         steps: Every turn, in the order in which they were made.
         parents: The turn before each, or `ROOT`.
         head: The turn that is in force, or `ROOT`.
     """
 
+    first: Situation
     steps: list[Step] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
     head: int = ROOT
@@ -157,7 +142,7 @@ class History:
 
     def copy(self) -> History:
         """A history that changes on its own."""
-        return History(list(self.steps), list(self.parents), self.head, dict(self._last))
+        return History(self.first, [*self.steps], [*self.parents], self.head, {**self._last})
 
     def path(self, at: int | None = None) -> list[int]:
         """The turns from the first to `at`, by default to the one in force."""
@@ -167,6 +152,37 @@ class History:
             turns.append(here)
             here = self.parents[here]
         return turns[::-1]
+
+    @property
+    def in_force(self) -> list[Step]:
+        """The turns that are in force, oldest first."""
+        return [self.steps[i] for i in self.path()]
+
+    def turns(self) -> list[tuple[Step, int]]:
+        """The turns that make the current trajectory of the original, oldest first.
+
+        Returns:
+            For every turn its last correction, and how many steps it took with all of them.
+        """
+        turns: list[tuple[Step, int]] = []
+        for step in self.in_force:
+            if step.kind in OWN:
+                alone = step.feedback_on == "original"
+                turns = [(step, sum(count for _, count in turns) + 1)] if alone else [*turns, (step, 1)]
+            elif turns:
+                turns[-1] = step, turns[-1][1] + 1
+            elif step.kind not in ("hand", "limits") and step.adaptation.instruction:
+                turns = [(step, 1)]
+        return turns
+
+    @property
+    def results(self) -> list[Adaptation]:
+        """The results of these turns."""
+        return [step.adaptation for step, _ in self.turns()]
+
+    def after(self, turn: int) -> Trajectory:
+        """The trajectory after a turn."""
+        return self.first.original if turn == ROOT else self.steps[turn].adaptation.adapted
 
     def add(self, step: Step) -> None:
         """Put a turn after the one in force."""
@@ -188,57 +204,53 @@ class History:
         """What redo would go to, or None."""
         return self._last.get(self.head)
 
-    def situation(self, turn: int, first: Situation) -> Situation:
+    def situation(self, turn: int) -> Situation:
         """The situation at a turn."""
-        for i in reversed(self.path(turn)):
-            situation = self.steps[i].situation
-            if situation is not None:
-                return situation
-        return first
+        changes = (self.steps[i].situation for i in reversed(self.path(turn)))
+        return next((changed for changed in changes if changed is not None), self.first)
 
     def event(self, turn: int) -> dict[str, Any]:
         """A turn as an event for a journal."""
         return {"event": "turn", "at": self.parents[turn], **self.steps[turn].to_document()}
 
-    def events(self, first: Situation) -> list[dict[str, Any]]:
+    def events(self) -> list[dict[str, Any]]:
         """The fewest events that lead to this history."""
-        start = {"event": "open", "schema": SCHEMA, "situation": first.to_document()}
+        start = {"event": "open", "schema": SCHEMA, "situation": self.first.to_document()}
         return [start, *map(self.event, range(len(self.steps))), {"event": "head", "at": self.head}]
 
 
-def replayed(events: list[dict[str, Any]], file: str) -> tuple[Situation, History]:
-    """The situation before the first turn, and the history that events lead to; nothing is run.
+def replayed(events: list[dict[str, Any]], file: str) -> History:
+    """The history that events lead to; nothing is run.
 
     Raises:
         FormatError: If the events are not those of a session; names the event.
     """
     if not events or events[0].get("schema") != SCHEMA or not isinstance(events[0].get("situation"), Mapping):
         raise FormatError(file, f"this is no session of ovita; expected the schema {SCHEMA!r}")
-    history = History()
+    history = History(Situation.from_document(events[0]["situation"], file))
     for number, event in enumerate(events[1:], start=1):
         at, what = event.get("at"), event.get("event")
-        if not isinstance(at, int) or isinstance(at, bool) or not ROOT <= at < len(history.steps):
+        least = {"turn": ROOT, "head": ROOT, "again": ROOT + 1}.get(str(what))
+        if least is None or type(at) is not int or not least <= at < len(history.steps):
             raise FormatError(file, "this is not an event of a session", key="events", index=number)
         history.go(at)
         if what == "turn":
             history.add(Step.from_document(event, file))
-        elif what == "again" and at != ROOT:
+        elif what == "again":
             history.steps[at] = Step.from_document(event, file)
-        elif what != "head":
-            raise FormatError(file, "this is not an event of a session", key="events", index=number)
-    return Situation.from_document(events[0]["situation"], file), history
+    return history
 
 
-def write_session(path: str, first: Situation, history: History) -> None:
+def write_session(path: str, history: History) -> None:
     """Write a whole session to one file, atomically.
 
     Raises:
         FormatError: If it cannot be written there.
     """
-    atomic_write(path, dumps({"schema": SCHEMA, "events": history.events(first)}, path))
+    atomic_write(path, dumps({"schema": SCHEMA, "events": history.events()}, path))
 
 
-def read_session(path: str) -> tuple[Situation, History]:
+def read_session(path: str) -> History:
     """Read what `write_session` wrote; nothing is run.
 
     Raises:

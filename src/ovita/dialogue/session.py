@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
@@ -15,13 +16,12 @@ from ovita.dialogue.history import (
     Kind,
     Situation,
     Step,
-    in_force,
     read_session,
     replayed,
     write_session,
 )
+from ovita.dialogue.postconditions import answered, lost
 from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
-from ovita.dialogue.standing import answered, lost
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal
@@ -58,7 +58,7 @@ class Session:
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     isolation: Isolation = "auto"
     reader: Reader | None = None
-    _history: History = field(default_factory=History, init=False)
+    _history: History = field(init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
     _pending: tuple[str, Interpretation] | None = field(default=None, init=False)
@@ -69,7 +69,7 @@ class Session:
         known_isolation(self.isolation)
         self.original = trajectory_of(self.original)[0]
         self.scene, self.robot = scene_of(self.scene), robot_of(self.robot)
-        self._first = self.situation
+        self._history = History(self.situation)
 
     @classmethod
     def of(
@@ -77,11 +77,14 @@ class Session:
     ) -> Session:
         """A session that goes on from a saved adaptation; its policy is not run until a knob is turned."""
         session = cls(adaptation.original, adaptation.scene, adaptation.robot, writer, isolation=isolation)
-        if adaptation.usable:
-            session._add(adaptation.instruction or "opened a result", "current", adaptation, "opened")
-        elif adaptation.proposal is not None:
-            session._pending = adaptation.instruction, Interpretation(adaptation)
+        session._begin(adaptation, adaptation.instruction or "opened a result", "opened")
         return session
+
+    def _begin(self, adaptation: Adaptation, said: str, kind: Kind) -> None:
+        if adaptation.usable:
+            self._add(said, "current", adaptation, kind)
+        elif adaptation.proposal is not None:
+            self._pending = adaptation.instruction, Interpretation(adaptation)
 
     @property
     def situation(self) -> Situation:
@@ -91,7 +94,7 @@ class Session:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The turns that are in force, oldest first."""
-        return tuple(self._history.steps[i] for i in self._history.path())
+        return tuple(self._history.in_force)
 
     @property
     def history(self) -> History:
@@ -151,7 +154,6 @@ class Session:
                 return settled
         state = DialogueState(
             self._history,
-            self._first,
             self.situation,
             self.writer,
             self.reader or read,
@@ -194,11 +196,8 @@ class Session:
         if not self.bare:
             raise RequestError("there is a trajectory already; say what should change")
         self.original, self.scene = adaptation.original, adaptation.scene
-        self._first, self._asked, self._behind = self.situation, "", True
-        if adaptation.usable:
-            self._add(adaptation.instruction, "current", adaptation, "said")
-        elif adaptation.proposal is not None:
-            self._pending = adaptation.instruction, Interpretation(adaptation, kind="said")
+        self._history.first, self._asked, self._behind = self.situation, "", True
+        self._begin(adaptation, adaptation.instruction, "said")
 
     def ask_about(self, said: str) -> None:
         """Remember a sentence that led to a question, which the next sentence answers."""
@@ -324,10 +323,10 @@ class Session:
             PolicyError: If a policy fails in the new situation; nothing changes then.
         """
         now = self.situation
-        asked = {"original": original, "scene": scene, "robot": robot, "constraints": constraints}
-        given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-        then = replace(now, **given)
-        turns = [step.adaptation for step, _ in in_force(self.steps) if step.adaptation.code != UNCHANGED]
+        then = Situation(
+            original or now.original, scene or now.scene, robot or now.robot, constraints or now.constraints
+        )
+        turns = [result for result in self._history.results if result.code != UNCHANGED]
         afresh = self._again(turns, then)
         if afresh:
             losses = lost(turns[:-1], self.current, afresh[-1], scene=now.scene, afresh=afresh[:-1])
@@ -361,11 +360,9 @@ class Session:
 
     def draft(self) -> Session:
         """A copy whose turns do not count until `adopt`, so that a slow turn can be cancelled."""
-        copy = Session(self.original, self.scene, self.robot, self.writer, self.constraints, self.isolation)
-        copy.reader = self.reader
-        copy._first, copy._history, copy._asked = self._first, self._history.copy(), self._asked
-        copy._pending = self._pending
-        return copy
+        draft = copy(self)
+        draft._history, draft._journal, draft._open, draft._behind = self._history.copy(), None, "", False
+        return draft
 
     def adopt(self, draft: Session) -> None:
         """Take over the new turns of a draft of this session.
@@ -373,21 +370,18 @@ class Session:
         Raises:
             RequestError: If the session has gone on since the draft was made.
         """
-        known = len(self._history.steps)
-        if (
-            draft._history.parents[:known] != self._history.parents
-            or draft._history.steps[:known] != self._history.steps
-        ):
+        mine, theirs = self._history, draft._history
+        known = len(mine.steps)
+        if theirs.parents[:known] != mine.parents or theirs.steps[:known] != mine.steps:
             raise RequestError("the session has gone on since; say it again")
         self.settle()
-        for i in range(known, len(draft._history.steps)):
-            self._history.go(draft._history.parents[i])
-            self._history.add(draft._history.steps[i])
-            self._note(self._history.event(i))
-        self._asked = draft._asked
-        if self._history.head != draft._history.head:
-            self._go(draft._history.head)
-        self._pending = draft._pending
+        for i in range(known, len(theirs.steps)):
+            mine.go(theirs.parents[i])
+            mine.add(theirs.steps[i])
+            self._note(mine.event(i))
+        if mine.head != theirs.head:
+            self._go(theirs.head)
+        self._asked, self._pending = draft._asked, draft._pending
 
     def keep(self, path: str) -> None:
         """Write this session to a new journal from now on, so that a killed process loses at most the turn it was in.
@@ -419,7 +413,7 @@ class Session:
             FormatError: If it cannot be written there.
         """
         self.settle()
-        write_session(path, self._first, self._history)
+        write_session(path, self._history)
 
     @classmethod
     def load(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
@@ -428,7 +422,7 @@ class Session:
         Raises:
             FormatError: If the file is no session; names the file and the key.
         """
-        return cls._of(*read_session(path), writer, isolation)
+        return cls._of(read_session(path), writer, isolation)
 
     @classmethod
     def resume(cls, path: str, *, writer: PolicyWriter | str = "auto", isolation: Isolation = "auto") -> Session:
@@ -439,17 +433,18 @@ class Session:
         """
         journal = Journal(path)
         events = journal.read()
-        session = cls._of(*replayed(events, path), writer, isolation)
-        least = session._history.events(session._first)
+        session = cls._of(replayed(events, path), writer, isolation)
+        least = session._history.events()
         if len(events) > 2 * len(least):
             journal.rewrite(least)
         session._journal = journal
         return session
 
     @classmethod
-    def _of(cls, first: Situation, history: History, writer: PolicyWriter | str, isolation: Isolation) -> Session:
+    def _of(cls, history: History, writer: PolicyWriter | str, isolation: Isolation) -> Session:
+        first = history.first
         session = cls(first.original, first.scene, first.robot, writer, first.constraints, isolation)
-        session._first, session._history = first, history
+        session._history = history
         session._settle_on(history.head)
         return session
 
@@ -466,7 +461,7 @@ class Session:
         """A result that names the postconditions of earlier turns which it loses."""
         if on == "original" and kind in ("said", "opened"):
             return result  # it holds everything that was said before
-        turns = [step.adaptation for step, _ in in_force(self.steps)]
+        turns = self._history.results
         if kind in OWN:
             losses = lost(turns, self.current, result, by_hand=kind == "drawn")
         else:  # the last turn again, otherwise
@@ -491,7 +486,7 @@ class Session:
     def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
         self.settle()
         self._pending = None
-        before = self._history.situation(self._history.head, self._first)
+        before = self._history.situation(self._history.head)
         now = self.situation
         self._history.add(Step(said, on, result, kind, None if _same(before, now) else now))
         if wait:
@@ -510,7 +505,7 @@ class Session:
 
     def _settle_on(self, turn: int) -> None:
         self._history.go(turn)
-        self._take(self._history.situation(turn, self._first))
+        self._take(self._history.situation(turn))
 
     def _take(self, then: Situation) -> None:
         self.original, self.scene = then.original, then.scene
@@ -521,7 +516,7 @@ class Session:
             return
         behind, self._behind = self._behind, True
         if behind:
-            self._journal.rewrite(self._history.events(self._first))
+            self._journal.rewrite(self._history.events())
         else:
             self._journal.add(event)
         self._behind = False

@@ -20,8 +20,8 @@ from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, OPPOSITE, Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
-from ovita.policy.direct import TooMuch, prove_statements, run_proof
-from ovita.policy.policy import MAX_NOTE, Role, Value
+from ovita.policy.policy import TooMuch, prove_statements, run_proof
+from ovita.policy.source import MAX_NOTE, Role, Value
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Recorder
 

@@ -208,13 +208,20 @@ def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
     frame = realised(frames[i], i, values) if slot else frames[i]
     if not set(slots(frame)) & set(frame.quantities):
         return _put_at(frames, i, _by_degree(frames[i], edit))
-    k = MORE[edit.degree or "moderate"]
-    k = edit.factor if edit.factor is not None else 1 / k if edit.change == "less" else k
+    k = factor_of(edit)
     directions = [d for d, q in getattr(frame, "offset", ()) if q is not None]
     directions = [edit.on] if edit.on in directions else directions
     for name in directions or [slot if slot in frame.quantities else next(iter(frame.quantities))]:
         frame = _times(frame, name, k)
     return _put_at(frames, i, frame)
+
+
+def factor_of(edit: Rescale) -> float:
+    """By how much an edit multiplies an effect."""
+    if edit.factor is not None:
+        return edit.factor
+    more = MORE[edit.degree or "moderate"]
+    return 1 / more if edit.change == "less" else more
 
 
 def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:

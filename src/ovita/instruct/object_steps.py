@@ -13,7 +13,7 @@ from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, step
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, interpolate, source_indices
-from ovita.policy.policy import Role
+from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
 
 

@@ -12,7 +12,7 @@ from ovita.instruct.builder import PolicyBuilder, aiming, argument
 from ovita.instruct.lexicon import Degree, nice
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.policy import Role
+from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}

@@ -16,18 +16,6 @@ from typing import Any
 
 from ovita.policy import lockdown, wire
 from ovita.policy.environment import FILENAME, Environment, Modules, PolicyRun, watch_memory
-from ovita.policy.wire import (
-    CHECKED,
-    ENDED,
-    FLOODED,
-    LOCKED,
-    TIMED_OUT,
-    UNREAD,
-    JobEnd,
-    JobHeader,
-    read_exact,
-    write_all,
-)
 
 if sys.platform != "win32":
     import resource
@@ -39,7 +27,7 @@ READ_LIMIT_S = 30.0
 MAX_FD = 64
 """Descriptors that a worker may have."""
 
-RunChild = Callable[[JobHeader, int], None]
+RunChild = Callable[[wire.JobHeader, int], None]
 """Runs the policy of a request and writes its result to a descriptor; never returns."""
 
 
@@ -59,7 +47,7 @@ class _Spare:
                     if _is_ready(control):
                         break
                     step()
-                head = JobHeader.unpack(read_exact(control, wire.HEADER_SIZE))
+                head = wire.JobHeader.unpack(wire.read_exact(control, wire.HEADER_SIZE))
                 run(head, writing)
             finally:
                 os._exit(70)
@@ -122,7 +110,7 @@ class Server:
         spare = _Spare(self.environment, self.run, self.max_fd)
         while True:
             data = self._next_header()
-            head = JobHeader.unpack(data)
+            head = wire.JobHeader.unpack(data)
             if head.scipy & ~self.scipy:
                 spare.end()
                 self.scipy |= head.scipy
@@ -132,15 +120,15 @@ class Server:
             os.write(child.control, data)
             spare = _Spare(self.environment, self.run, self.max_fd)
             ended, length = self._listen(head, child.reading)
-            complete = ended == ENDED and length == self._announced(length)
+            complete = ended == wire.ENDED and length == self._announced(length)
             if complete:
                 os.kill(child.pid, 9)
-            code = 0 if complete else child.end(grace_s=0.1 if ended == ENDED else 0.0)
-            write_all(1, JobEnd(ended, code, length).pack())
-            write_all(1, self.view[:length])
+            code = 0 if complete else child.end(grace_s=0.1 if ended == wire.ENDED else 0.0)
+            wire.write_all(1, wire.JobEnd(ended, code, length).pack())
+            wire.write_all(1, self.view[:length])
             if complete:
                 child.end()
-            if ended == UNREAD:
+            if ended == wire.UNREAD:
                 os._exit(3)  # the rest of the body is still in the pipe
             self.buffer.madvise(mmap.MADV_DONTNEED)
 
@@ -167,25 +155,25 @@ class Server:
             os._exit(0)  # the child dies with this process
         return descriptor in events
 
-    def _listen(self, head: JobHeader, reading: int) -> tuple[int, int]:
+    def _listen(self, head: wire.JobHeader, reading: int) -> tuple[int, int]:
         """Collect what the child writes until it has written its result or ends; how that went, and how much."""
         deadline = time.monotonic() + READ_LIMIT_S
         acknowledged, length = False, 0
         while True:
             if not self._wait(reading, deadline - time.monotonic()):
-                return (TIMED_OUT if acknowledged else UNREAD), 0
+                return (wire.TIMED_OUT if acknowledged else wire.UNREAD), 0
             if not acknowledged:
                 if os.read(reading, 1) != wire.ACKNOWLEDGED:
-                    return UNREAD, 0
+                    return wire.UNREAD, 0
                 acknowledged = True
                 deadline = time.monotonic() + head.wall_ms / 1000.0
                 continue
             got = os.readv(reading, [self.view[length : wire.MAX_RESULT + 1]])
             length += got
             if length > wire.MAX_RESULT:
-                return FLOODED, 0
+                return wire.FLOODED, 0
             if got == 0 or length == self._announced(length):
-                return ENDED, length
+                return wire.ENDED, length
 
     def _announced(self, length: int) -> int:
         """Length of the result by its own account, or -1 while that is unknown."""
@@ -198,15 +186,15 @@ def main(mode: str, parent: int) -> None:
     environment.warm_up()
     if mode == "once":
         os.write(1, wire.READY)
-        head = JobHeader.unpack(read_exact(0, wire.HEADER_SIZE))
+        head = wire.JobHeader.unpack(wire.read_exact(0, wire.HEADER_SIZE))
         environment.load_scipy(head.scipy)
-        body = read_exact(0, head.length)
+        body = wire.read_exact(0, head.length)
         os.write(1, wire.ACKNOWLEDGED)
         _run(head, body, 1, environment, strict=False)
     else:
 
-        def run_child(head: JobHeader, writing: int) -> None:
-            body = read_exact(0, head.length)
+        def run_child(head: wire.JobHeader, writing: int) -> None:
+            body = wire.read_exact(0, head.length)
             os.write(writing, wire.ACKNOWLEDGED)
             close_all_but((writing,))
             _run(head, body, writing, environment, strict=True)
@@ -215,13 +203,13 @@ def main(mode: str, parent: int) -> None:
         Server(environment, run_child, parent).serve()
 
 
-def _run(head: JobHeader, body: bytearray, writing: int, environment: Environment, *, strict: bool) -> None:
+def _run(head: wire.JobHeader, body: bytearray, writing: int, environment: Environment, *, strict: bool) -> None:
     """Lock the door, run the policy, write the result, end. Never returns."""
     sys.stdin = None
     sys.stdout = sys.stderr = environment.prints
     sys.__stdin__ = sys.__stdout__ = sys.__stderr__ = None  # type: ignore[misc]
     try:
-        job = environment.prepare(body, checked=bool(head.flags & CHECKED))
+        job = environment.prepare(body, checked=bool(head.flags & wire.CHECKED))
         if job.failure is None:
             _lock(head, writing, strict=strict)
             job.run(_execute)
@@ -229,15 +217,15 @@ def _run(head: JobHeader, body: bytearray, writing: int, environment: Environmen
         job = PolicyRun.failed("isolation", str(failed))
     except BaseException as error:
         job = PolicyRun.failed("crashed", f"{type(error).__name__}: {error}")
-    write_all(writing, job.payload(environment.prints))
+    wire.write_all(writing, job.payload(environment.prints))
     os._exit(0)
 
 
-def _lock(head: JobHeader, writing: int, *, strict: bool) -> None:
+def _lock(head: wire.JobHeader, writing: int, *, strict: bool) -> None:
     """Apply the kernel's restrictions; outside strict isolation, those available."""
     memory, cpu_s = head.memory_mb << 20, head.wall_ms // 1000 + 2
     base = lockdown.address_space()
-    if sys.platform == "linux" and (strict or head.flags & LOCKED):
+    if sys.platform == "linux" and (strict or head.flags & wire.LOCKED):
         best_effort = not strict
         lockdown.attempt(lockdown.drop_privileges, best_effort)
         lockdown.attempt(lockdown.landlock, best_effort)

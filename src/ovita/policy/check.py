@@ -12,7 +12,7 @@ import difflib
 import re
 
 from ovita.errors import PolicyRejected
-from ovita.policy.policy import all_bindings, own_bindings, parse_tree
+from ovita.policy.source import all_bindings, own_bindings, parse_tree
 from ovita.toolkit import CATALOGUE, extended
 
 MODULES: frozenset[str] = frozenset(
@@ -164,6 +164,7 @@ SCRIPT_CALLS = ("get_trajectory", "detect_objects")
 PROVIDED = frozenset({*CATALOGUE, *SCRIPT_CALLS, "np", "math"})
 """Names at hand in every policy, besides the operations of plug-ins."""
 
+_TYPE = "a policy may call type(value) with one value, and nothing else with type"
 _LONGEST_HINT = 40
 _INSTEAD = "numpy (as np), math and parts of scipy are at hand"
 
@@ -208,16 +209,14 @@ class _Check(ast.NodeVisitor):
             raise _reject(node, f"a policy has no package around it, so it cannot import relatively; {_INSTEAD}")
         module = node.module or ""
         self.module(module, node)
-        for alias in node.names:
-            if f"{module}.{alias.name}" in MODULES or alias.name == "*":
+        for name in (alias.name for alias in node.names):
+            if f"{module}.{name}" in MODULES or name == "*":
                 continue
-            only = ONLY.get(module)
-            reason = refusal(alias.name)
             if module == "scipy":
-                raise _reject(node, f"scipy.{alias.name} is not available in a policy; {_INSTEAD}")
-            if reason or (only is not None and alias.name not in only) or alias.name.startswith("_"):
-                why = reason or REASONS.get(alias.name) or f"a policy may not import {alias.name} from {module}"
-                raise _reject(node, why)
+                raise _reject(node, f"scipy.{name} is not available in a policy; {_INSTEAD}")
+            reason = refusal(name)
+            if reason or name not in ONLY.get(module, (name,)) or name.startswith("_"):
+                raise _reject(node, reason or REASONS.get(name) or f"a policy may not import {name} from {module}")
         self.generic_visit(node)
 
     def module(self, name: str, node: ast.AST) -> None:
@@ -233,7 +232,7 @@ class _Check(ast.NodeVisitor):
         if not isinstance(node.ctx, ast.Load) or name in self.bound or name in PROVIDED:
             self.binding(name, node)
         elif name == "type":
-            raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
+            raise _reject(node, _TYPE)
         elif name not in BUILTINS:
             self.foreign(name, node)
 
@@ -270,17 +269,14 @@ class _Check(ast.NodeVisitor):
         self.visit(node.value)
 
     def visit_Call(self, node: ast.Call) -> None:
-        called = node.func.id if isinstance(node.func, ast.Name) else ""
-        if called == "type" and "type" not in self.bound:
-            if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-                raise _reject(node, "a policy may call type(value) with one value, and nothing else with type")
-            self.visit(node.args[0])
-            return
-        if called in ("getattr", "setattr", "hasattr") and len(node.args) > 1:
-            second = node.args[1]
-            if isinstance(second, ast.Constant) and isinstance(second.value, str):
-                reason = refusal(second.value)
-                if reason:
+        match node.func, node.args:
+            case ast.Name(id="type"), args if "type" not in self.bound:
+                if len(args) != 1 or node.keywords or isinstance(args[0], ast.Starred):
+                    raise _reject(node, _TYPE)
+                self.visit(args[0])
+                return
+            case ast.Name(id="getattr" | "setattr" | "hasattr"), [_, ast.Constant(value=str() as name), *_]:
+                if reason := refusal(name):
                     raise _reject(node, reason)
         self.generic_visit(node)
 
@@ -318,11 +314,10 @@ class _Check(ast.NodeVisitor):
         for part in (*node.decorator_list, node.args, *node.body):
             self.visit(part)
 
-    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef) -> None:
+    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef | ast.Await) -> None:
         raise _reject(node, "a policy may not be asynchronous; write plain functions")
 
-    def visit_Await(self, node: ast.Await) -> None:
-        raise _reject(node, "a policy may not be asynchronous; write plain functions")
+    visit_Await = visit_AsyncFunctionDef
 
 
 def _own_attributes(tree: ast.Module) -> set[str]:

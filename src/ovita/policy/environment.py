@@ -14,6 +14,7 @@ import threading
 import time
 import types
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy import wire
 from ovita.policy.check import BUILTINS, MODULES, ONLY, SCIPY_PARTS, check, is_dunder, refusal
-from ovita.policy.policy import RESULT, EntryPoint, entry_of, parse_tree, to_rows
+from ovita.policy.source import RESULT, EntryPoint, entry_of, parse_tree, stated, to_rows
 from ovita.toolkit import Recorder, extended, namespace
 
 
@@ -122,13 +123,7 @@ class Modules:
             self.load(parent)
         copy = types.ModuleType(name)
         self._copies[name] = copy
-        copy.__dict__.update(_public(importlib.import_module(name), name))
-        if name == "functools":
-            copy.__dict__["wraps"] = lambda wrapped: functools.wraps(wrapped)
-        if name == "enum":
-            copy.__dict__.update(_closed_enums())
-        if name == "collections":
-            copy.__dict__["abc"] = self.load("collections.abc")
+        copy.__dict__.update(_public(importlib.import_module(name), name) | _GUARDED.get(name, {}))
         if parent:
             setattr(self._copies[parent], child, copy)
         return copy
@@ -193,23 +188,14 @@ class _ClosedEnum(enum.EnumType):
         return super().__call__(value)
 
 
-def _closed_enums() -> dict[str, Any]:
-    class Enum(enum.Enum, metaclass=_ClosedEnum):
-        pass
-
-    class IntEnum(enum.IntEnum, metaclass=_ClosedEnum):
-        pass
-
-    class StrEnum(enum.StrEnum, metaclass=_ClosedEnum):
-        pass
-
-    class Flag(enum.Flag, metaclass=_ClosedEnum):
-        pass
-
-    class IntFlag(enum.IntFlag, metaclass=_ClosedEnum):
-        pass
-
-    return {each.__name__: each for each in (Enum, IntEnum, StrEnum, Flag, IntFlag)}
+_GUARDED: dict[str, dict[str, Any]] = {
+    "functools": {"wraps": lambda wrapped: functools.wraps(wrapped)},
+    "enum": {
+        open_.__name__: types.new_class(open_.__name__, (open_,), {"metaclass": _ClosedEnum})
+        for open_ in (enum.Enum, enum.IntEnum, enum.StrEnum, enum.Flag, enum.IntFlag)
+    },
+}
+"""What stands in for names of modules that would give a policy more than it may have."""
 
 
 def _checked(name: object) -> str:
@@ -286,26 +272,26 @@ class Prints:
             self.write((" " if sep is None else sep).join(map(str, values)) + ("\n" if end is None else end))
 
 
+@dataclass
 class PolicyRun:
     """A policy prepared to run, and its outcome afterwards."""
 
-    def __init__(self) -> None:
-        self.source = ""
-        self.entry = EntryPoint("function")
-        self.original: Array = np.zeros((0, 4))
-        self.given: Array = self.original
-        self.scene = Scene()
-        self.recorder = Recorder()
-        self.namespace: dict[str, Any] = {}
-        self.rows: Array | None = None
-        self.failure: dict[str, Any] | None = None
+    source: str = ""
+    entry: EntryPoint = field(default_factory=lambda: EntryPoint("function"))
+    given: Array = field(default_factory=lambda: np.zeros((0, 4)))
+    scene: Scene = field(default_factory=Scene)
+    recorder: Recorder = field(default_factory=Recorder)
+    namespace: dict[str, Any] = field(default_factory=dict)
+    rows: Array | None = None
+    failure: dict[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        self.original = self.given[:, :4].copy()
 
     @classmethod
     def failed(cls, kind: str, message: str, line: int | None = None) -> PolicyRun:
         """A run that failed before it began."""
-        job = cls()
-        job.failure = {"status": kind, "message": message[: wire.MAX_MESSAGE], "line": line}
-        return job
+        return cls(failure=_failure(kind, message, line))
 
     def run(self, execute: Execute) -> None:
         """Run the policy and read its result, or note why there is none."""
@@ -318,25 +304,16 @@ class PolicyRun:
                 result, what = self.namespace.get(RESULT), RESULT
             self.rows = to_rows(result, self.original, what)
         except BaseException as error:
-            self.failure = _explain(error)
+            self.failure = _explained(error)
 
     def payload(self, prints: Prints) -> bytes:
         """Everything as bytes."""
-        header = self.failure or {
-            "status": "ok",
-            "contacts": [str(name) for name in self.recorder.contacts[: wire.MAX_EXPECTATIONS]],
-            "corners": bool(self.recorder.corners),
-            "expectations": [
-                {"kind": e.kind, "arguments": dict(e.arguments), "text": e.text}
-                for e in self.recorder.expectations[: wire.MAX_EXPECTATIONS]
-            ],
-        }
+        header = self.failure or {"status": "ok", **stated(self.recorder)}
         header["prints"] = "".join(prints.parts)
         try:
             return wire.pack_payload(header, None if self.failure else self.rows)
         except (TypeError, ValueError, RecursionError):
-            message = "an expectation holds something that is not plain numbers and text"
-            return wire.pack_payload({"status": "output", "message": message, "line": None})
+            return wire.pack_payload(_failure("output", wire.NOT_PLAIN))
 
 
 class Environment:
@@ -377,12 +354,9 @@ class Environment:
     def prepare(self, body: bytes | bytearray, *, checked: bool) -> PolicyRun:
         """Make a policy ready to run from the body of a request."""
         header, table = wire.unpack_payload(memoryview(body))
-        job = PolicyRun()
-        job.source, job.given, job.original = header["source"], table, table[:, :4].copy()
-        job.scene = scene_from_json(header["scene"])
         try:
-            tree = parse_tree(job.source)
-            job.entry = entry_of(tree)
+            tree = parse_tree(header["source"])
+            job = PolicyRun(header["source"], entry_of(tree), table, scene_from_json(header["scene"]))
             if checked:
                 check(tree)
         except PolicyError as error:
@@ -404,22 +378,24 @@ class Environment:
         return job
 
 
-def _explain(error: BaseException) -> dict[str, Any]:
+def _failure(kind: str, message: str, line: int | None = None) -> dict[str, Any]:
+    return {"status": kind, "message": message[: wire.MAX_MESSAGE], "line": line}
+
+
+def _explained(error: BaseException) -> dict[str, Any]:
     """A failure as a JSON object; asking the error for its text runs code of the policy, so that may fail too."""
-    kind = "crashed"
+    if isinstance(error, PolicyOutputInvalid):
+        return _failure("output", error.problem, error.line)
     if isinstance(error, MemoryError):
-        kind, text = "memory", "it used too much memory"
-    elif isinstance(error, PolicyOutputInvalid):
-        return {"status": "output", "message": error.problem, "line": error.line}
-    elif isinstance(error, SystemExit | KeyboardInterrupt | GeneratorExit):
-        text = f"it ended with {type(error).__name__}; a policy returns its trajectory instead"
-    else:
-        try:
-            text = str(error)
-        except BaseException:
-            text = ""
-        text = f"{type(error).__name__}: {text}" if text else type(error).__name__
-    return {"status": kind, "message": text[: wire.MAX_MESSAGE], "line": _line(error)}
+        return _failure("memory", "it used too much memory", _line(error))
+    name = type(error).__name__
+    if isinstance(error, SystemExit | KeyboardInterrupt | GeneratorExit):
+        return _failure("crashed", f"it ended with {name}; a policy returns its trajectory instead", _line(error))
+    try:
+        text = str(error)
+    except BaseException:
+        text = ""
+    return _failure("crashed", f"{name}: {text}" if text else name, _line(error))
 
 
 def _line(error: BaseException) -> int | None:

@@ -1,479 +1,45 @@
-"""A policy: the small program that adapts a trajectory, its syntax tree, its parameters, and the rows it returns."""
+"""A policy; the proof that one is made of toolkit calls only, and running it here without running it as code.
+
+A proven policy is one function whose statements are assignments, conditions, toolkit calls, scene look-ups and
+arithmetic. It is not compiled: `run_proven` walks its syntax tree and does those few things itself. What it computes on
+is bounded in number, size and work; where a policy needs more, the sandbox runs it.
+"""
 
 from __future__ import annotations
 
 import ast
-import io
+import contextlib
 import math
-import re
-import threading
-import tokenize
-import warnings
-from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, Literal
+from functools import cached_property, lru_cache
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ovita.errors import PolicyOutputInvalid, PolicyRejected
+from ovita.errors import PolicyCrashed
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
-from ovita.policy.wire import MAX_ROWS
-from ovita.text import clean_text
-from ovita.units import find
-
-Form = Literal["function", "script"]
-
-MAX_SOURCE = 64 * 1024
-"""Longest source of a policy [bytes]; the parser's worst case grows with it."""
-
-MAX_DEPTH = 160
-"""Deepest syntax tree of a policy; Python's own recursion limit allows visitors a little more."""
-
-RESULT = "modified_trajectory"
-"""The variable in which a script leaves its trajectory."""
-
-NO_POLICY = (
-    "there is no policy here: define adapt(traj, scene, *, ...) that returns the new trajectory, "
-    f"or leave the new trajectory in {RESULT}"
+from ovita.policy.source import (
+    Form,
+    Parameter,
+    Value,
+    all_bindings,
+    entry_of,
+    literal,
+    names_in,
+    own_bindings,
+    parse_tree,
+    reached,
+    rewrite,
 )
-
-_TOO_DEEP = "an expression is nested too deeply; split it into several statements"
-_ROLES = (("traj", "path", "waypoint", "points"), ("scene", "object", "env", "world", "obstacle"))
-_quiet = threading.Lock()  # catch_warnings swaps a global, and CPython 3.11 fails where two threads parse (gh-106905)
-
-
-Value = float | int | bool | str | None | tuple[Any, ...]
-
-
-@dataclass(frozen=True)
-class EntryPoint:
-    """Where a policy starts.
-
-    Args:
-        form: "function" or "script".
-        name: The function to call, or "" for a script.
-        arguments: How many of (traj, scene) the function takes: 0, 1 or 2.
-    """
-
-    form: Form
-    name: str = ""
-    arguments: int = 0
-
-
-def parse_tree(source: str) -> ast.Module:
-    """Parse Python source.
-
-    Raises:
-        PolicyRejected: If it is not Python, longer than 64 KiB, or nested too deeply to be read.
-    """
-    if len(source.encode("utf-8", "surrogatepass")) > MAX_SOURCE:
-        raise PolicyRejected(f"the policy is longer than {MAX_SOURCE // 1024} KiB; write a shorter one")
-    with _quiet, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            tree = ast.parse(source)
-        except SyntaxError as error:
-            raise PolicyRejected(f"this is not valid Python: {error.msg}", line=error.lineno) from None
-        except ValueError as error:
-            raise PolicyRejected(f"this is not valid Python: {error}") from None
-        except (MemoryError, RecursionError):
-            raise PolicyRejected(_TOO_DEEP) from None
-    _refuse_depth(tree)
-    return tree
-
-
-def _refuse_depth(tree: ast.Module) -> None:
-    """Refuse what recursive visitors could not walk."""
-    level: list[ast.AST] = [tree]
-    for _ in range(MAX_DEPTH):
-        level = [child for node in level for child in ast.iter_child_nodes(node)]
-        if not level:
-            return
-    raise PolicyRejected(_TOO_DEEP, line=getattr(level[0], "lineno", None))
-
-
-def entry_of(tree: ast.Module) -> EntryPoint:
-    """Find where a policy starts.
-
-    The function `adapt` if there is one; else a script that leaves `modified_trajectory`; else the one function
-    that no other function calls.
-
-    Raises:
-        PolicyRejected: If there is nothing of the kind, or the function cannot be called with (traj, scene).
-    """
-    functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    if "adapt" in functions:
-        return _function_entry(functions["adapt"])
-    if RESULT in top_level_names(tree) or any(RESULT in n.names for n in ast.walk(tree) if isinstance(n, ast.Global)):
-        return EntryPoint("script")
-    takers = _uncalled(functions)
-    if not takers:
-        raise PolicyRejected(NO_POLICY)
-    if len(takers) > 1:
-        names = ", ".join(f.name for f in takers)
-        raise PolicyRejected(f"it is not clear which function is the policy ({names}); name it adapt(traj, scene)")
-    return _function_entry(takers[0])
-
-
-def _uncalled(functions: Mapping[str, ast.FunctionDef]) -> list[ast.FunctionDef]:
-    """The functions that no other one calls and that take a trajectory; failing that, those that take nothing."""
-    used = {name for own, function in functions.items() for name in names_in(function) - {own}}
-    roots = {name: f for name, f in functions.items() if name not in used and _takes(f) is not None}
-    return [f for f in roots.values() if _takes(f)] or list(roots.values())
-
-
-def names_in(node: ast.AST) -> set[str]:
-    """Every name that is read or bound in a piece of source."""
-    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
-
-
-def _takes(function: ast.FunctionDef) -> int | None:
-    """How many of (traj, scene) a function takes, or None if it demands more."""
-    arguments = function.args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    required = len(positional) - len(arguments.defaults)
-    if required > 2 or any(default is None for default in arguments.kw_defaults):
-        return None
-    if arguments.vararg is not None:
-        return 2
-    taken = max(required, 0)
-    while taken < min(len(positional), 2) and any(word in positional[taken].arg.lower() for word in _ROLES[taken]):
-        taken += 1
-    return taken
-
-
-def _function_entry(function: ast.FunctionDef) -> EntryPoint:
-    taken = _takes(function)
-    if taken is None:
-        raise PolicyRejected(
-            f"{function.name} must be callable as {function.name}(traj, scene); give every further argument a default",
-            line=function.lineno,
-        )
-    return EntryPoint("function", function.name, taken)
-
-
-def find_function(tree: ast.Module, name: str) -> ast.FunctionDef:
-    """The last top-level function of that name (the one that a call would reach)."""
-    return [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == name][-1]
-
-
-def top_level_names(tree: ast.Module) -> set[str]:
-    """Names that the module's own statements bind, not those inside its functions and classes."""
-    return {name for statement in tree.body for name in bound_names(statement)}
-
-
-def bound_names(node: ast.AST) -> Iterator[str]:
-    """Names that running a statement binds in its own scope; `x[0] = 1` and `x.a = 1` count as binding x."""
-    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        yield node.name
-        return
-    if isinstance(node, ast.Lambda | ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
-        yield from (inner.target.id for inner in ast.walk(node) if isinstance(inner, ast.NamedExpr))
-        return
-    yield from own_bindings(node)
-    if isinstance(node, ast.Subscript | ast.Attribute) and not isinstance(node.ctx, ast.Load):
-        base = root_name(node)
-        if base is not None:
-            yield base
-    for child in ast.iter_child_nodes(node):
-        yield from bound_names(child)
-
-
-_NAMED_BY = {
-    "Name": "id",
-    "arg": "arg",
-    "MatchMapping": "rest",
-    **dict.fromkeys("FunctionDef AsyncFunctionDef ClassDef ExceptHandler MatchAs MatchStar".split(), "name"),
-    **dict.fromkeys("TypeVar ParamSpec TypeVarTuple".split(), "name"),
-}
-"""The attribute of a node that holds the name which it binds."""
-
-
-def own_bindings(node: ast.AST) -> Iterator[str]:
-    """Names that this node itself binds, its children left aside."""
-    if isinstance(node, ast.Import | ast.ImportFrom):
-        yield from (alias.asname or alias.name.split(".")[0] for alias in node.names)
-    elif isinstance(node, ast.Global | ast.Nonlocal):
-        yield from node.names
-    elif not isinstance(getattr(node, "ctx", None), ast.Load):
-        name = getattr(node, _NAMED_BY.get(type(node).__name__, ""), None)
-        if name:
-            yield name
-
-
-def all_bindings(tree: ast.AST) -> set[str]:
-    """Every name that is bound anywhere, in any scope."""
-    return {name for node in ast.walk(tree) for name in own_bindings(node)}
-
-
-def root_name(node: ast.AST) -> str | None:
-    """The name at the left of `a.b[c].d`, or None."""
-    while isinstance(node, ast.Attribute | ast.Subscript | ast.Call):
-        node = node.func if isinstance(node, ast.Call) else node.value
-    return node.id if isinstance(node, ast.Name) else None
-
-
-def literal(node: ast.expr) -> Value:
-    """The value of a literal or of + - * / on number literals.
-
-    Raises:
-        ValueError: If it is anything else.
-    """
-    match node:
-        case ast.Constant(value=bool() | int() | float() | str() | None as value):
-            return value
-        case ast.Tuple(elts=items):
-            return tuple(literal(item) for item in items)
-        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
-            value = _number(literal(operand))
-            return -value if isinstance(sign, ast.USub) else value
-        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
-            a, b = _number(literal(left)), _number(literal(right))
-            if isinstance(op, ast.Div):
-                if b == 0:
-                    raise ValueError("division by zero")
-                return a / b
-            return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
-    raise ValueError("not a literal")
-
-
-def _number(value: Value) -> float | int:
-    if isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e15:
-        return value
-    raise ValueError("not a number")
-
-
-MAX_NOTE = 300
-"""Most characters of a comment or a docstring line that are read; patterns on longer ones would take their time."""
-
-Role = Literal["by", "to", "at", "at_least", "at_most", "of", "factor", "radius", "count", "share", "other"]
-"""What a parameter's value is to its operation: an amount to change by, a value to reach, a place, a bound, ..."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A number or word of a policy that a person may change.
-
-    The comment behind it in the policy is its print-out; of a policy that a model wrote, name, value, unit and meaning
-    are all that is known.
-
-    Args:
-        name: As in the source.
-        value: Its present value.
-        unit: Such as "m", or "".
-        meaning: One phrase for a person, or "".
-        role: What the value is to its operation, or None where that is not known.
-        about: Name of the object that it concerns, or "".
-        direction: The word for what more of it does, such as "left", "closer", "slower" or "longer", or "".
-        slot: The slot of the instruction's frames that it stands for, such as "0.by" of the first frame, or "".
-    """
-
-    name: str
-    value: Value
-    unit: str = ""
-    meaning: str = ""
-    role: Role | None = None
-    about: str = ""
-    direction: str = ""
-    slot: str = ""
-
-    @property
-    def counts(self) -> bool:
-        """Whether it is the number of a waypoint, which programs count from 0 and people from 1."""
-        return self.role == "at" and not self.unit and type(self.value) is int
-
-    @property
-    def called(self) -> str:
-        """Its name for a person."""
-        return self.name.replace("_index", "_waypoint" if self.counts else "_index").replace("_", " ")
-
-    @property
-    def shown(self) -> Value:
-        """Its value as a person counts."""
-        return int(self.value) + 1 if self.counts and isinstance(self.value, int) else self.value
-
-    def meant(self, shown: Any) -> Any:
-        """The value of what a person counts as `shown`."""
-        return shown - 1 if self.counts and isinstance(shown, int) else shown
-
-    @property
-    def comment(self) -> str:
-        """How it is printed in a policy: "[m] shift to the left"."""
-        return f"[{self.unit}] {self.meaning}".strip() if self.unit else self.meaning
-
-    @property
-    def line(self) -> str:
-        """How it is shown to a person: "left = 0.2 m: shift to the left"."""
-        value = f"{self.value:g}" if isinstance(self.value, float) else str(self.value)
-        unit, meaning = f" {self.unit}" if self.unit else "", f": {self.meaning}" if self.meaning else ""
-        return f"{self.name} = {value}{unit}{meaning}"
-
-
-def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
-    """Read the parameters off a policy that a model or a person wrote.
-
-    In a function they are the arguments with a literal default, other than traj and scene; in a script, the
-    top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
-    the line, or from a docstring line such as `distance: how far to shift [m]`.
-    """
-    held = _literals(tree, entry)
-    lines = Counter(node.end_lineno for _, node in held.values())
-    comments = _comments(source)
-    notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
-    parameters = []
-    for name, (value, node) in held.items():
-        comment = comments.get(node.end_lineno or node.lineno, "")
-        named = _notes(comment)
-        own = comment if lines[node.end_lineno] == 1 and not named.keys() & held.keys() else ""
-        text = named.get(name) or own or notes.get(name, "")
-        parameters.append(Parameter(name, value, *_unit(clean_text(text, MAX_NOTE))))
-    return tuple(parameters)
-
-
-def rewrite(
-    source: str, tree: ast.Module, entry: EntryPoint, values: Mapping[str, Value], units: Mapping[str, str]
-) -> tuple[str, dict[str, Value]]:
-    """Write values into the source at the literals that hold them, leaving everything else as it is.
-
-    Returns:
-        The new source, and the values in the types of those that they replace.
-
-    Raises:
-        PolicyRejected: If there is no such parameter, or a value has another type than the one it replaces.
-    """
-    held = _literals(tree, entry)
-    unknown = [name for name in values if name not in held]
-    if unknown:
-        known = ", ".join(held) or "none"
-        raise PolicyRejected(f"the policy has no parameter {unknown[0]!r}; its parameters are: {known}")
-    lines = source.split("\n")  # as the parser counts them; splitlines knows more line ends
-    written = {name: _fitting(name, held[name][0], value, units.get(name, "")) for name, value in values.items()}
-    for name in sorted(values, key=lambda n: (held[n][1].lineno, held[n][1].col_offset), reverse=True):
-        node = held[name][1]
-        assert node.end_lineno is not None and node.end_col_offset is not None
-        head = lines[node.lineno - 1].encode()[: node.col_offset].decode()
-        tail = lines[node.end_lineno - 1].encode()[node.end_col_offset :].decode()
-        lines[node.lineno - 1 : node.end_lineno] = [f"{head}{written[name]!r}{tail}"]
-    return "\n".join(lines), written
-
-
-def _literals(tree: ast.Module, entry: EntryPoint) -> dict[str, tuple[Value, ast.expr]]:
-    """The parameters' values by name, and the literals in the source that hold them."""
-    found: dict[str, tuple[Value, ast.expr]] = {}
-    for name, node in _defaults(tree, entry) if entry.form == "function" else _assignments(tree):
-        with suppress(ValueError, OverflowError, RecursionError):
-            value = literal(node)
-            if not isinstance(value, float) or math.isfinite(value):
-                found[name] = value, node
-    return found
-
-
-def _defaults(tree: ast.Module, entry: EntryPoint) -> Iterator[tuple[str, ast.expr]]:
-    arguments = find_function(tree, entry.name).args
-    positional = [*arguments.posonlyargs, *arguments.args]
-    first = len(positional) - len(arguments.defaults)
-    for i, default in enumerate(arguments.defaults, start=first):
-        if i >= entry.arguments:
-            yield positional[i].arg, default
-    for argument, keyword_default in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True):
-        if keyword_default is not None:
-            yield argument.arg, keyword_default
-
-
-def _assignments(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
-    count = Counter(name for statement in tree.body for name in bound_names(statement))
-    count.update(name for node in ast.walk(tree) if isinstance(node, ast.Global) for name in node.names)
-    for statement in tree.body:
-        match statement:
-            case (
-                ast.Assign(targets=[ast.Name(id=name)], value=value)
-                | ast.AnnAssign(target=ast.Name(id=name), value=ast.expr() as value)
-            ):
-                is_none = isinstance(value, ast.Constant) and value.value is None
-                if count[name] == 1 and not is_none and not name.startswith("_"):
-                    yield name, value
-
-
-def _comments(source: str) -> dict[int, str]:
-    """Text of the comment at the end of each line that has one."""
-    found = {}
-    try:
-        for token in tokenize.generate_tokens(io.StringIO(source).readline):
-            if token.type == tokenize.COMMENT:
-                found[token.start[0]] = token.string[:MAX_NOTE].lstrip("#: ").strip()
-    except (tokenize.TokenError, SyntaxError):
-        return {}
-    return found
-
-
-_NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
-_BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
-_PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
-_COUNTS = frozenset("1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split())
-"""What stands where a unit would, besides those that `units` knows."""
-
-
-def _notes(text: str) -> dict[str, str]:
-    """Lines such as `name: text` or `name (float): text`."""
-    notes: dict[str, str] = {}
-    for line in text.split("\n"):
-        found = _NOTE.match(line[:MAX_NOTE])
-        if found:
-            notes.setdefault(found[1], found[2].strip())
-    return notes
-
-
-def _measures(text: str) -> bool:
-    """Whether a text is a unit of measure, or says that there is none."""
-    unit = find(text)
-    return text.strip().lower() in _COUNTS or (unit is not None and unit.dimension not in ("step", "x"))
-
-
-def _unit(text: str) -> tuple[str, str]:
-    """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
-    found = [*(f for f in _PARENTHESES.finditer(text) if _measures(f[1])), *_BRACKETS.finditer(text)][-1:]
-    if not found:
-        return (text.strip(), "") if _measures(text) else ("", text.strip())
-    return found[0][1].strip(), (text[: found[0].start()] + text[found[0].end() :]).strip(" ,;")
-
-
-def _fitting(name: str, old: Value, value: Value, unit: str) -> Value:
-    """The value in the type that the parameter has; a whole number with a unit may become any number.
-
-    Raises:
-        PolicyRejected: If it has another type.
-    """
-    if value is None and old is None:
-        return None
-    if isinstance(old, tuple):
-        kind = f"a group of {len(old)} values"
-        if isinstance(value, tuple | list) and len(value) == len(old):
-            return tuple(_fitting(name, a, b, unit or "-") for a, b in zip(old, value, strict=True))
-    else:
-        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
-        kind, fitting = _alike(old, value, number if number is not None and math.isfinite(number) else None, bool(unit))
-        if fitting is not None:
-            return fitting
-    raise PolicyRejected(f"parameter {name} is {kind}, such as {old!r}; {value!r} is not")
-
-
-def _alike(old: Value, value: Value, number: float | None, any_number: bool) -> tuple[str, Value]:
-    """What is expected in place of an old value, and the new one in its type, or None."""
-    match old:
-        case bool():
-            return "True or False", value if isinstance(value, bool) else None
-        case int():
-            if number is not None and number == int(number):
-                return "a number", int(number)
-            return ("a number", number) if any_number else ("a whole number", None)
-        case float():
-            return "a number", number
-        case str():
-            return "a text", value if isinstance(value, str) else None
-    return "a plain value", value if number is not None or isinstance(value, bool | str | tuple) else None
+from ovita.policy.wire import MAX_MESSAGE
+from ovita.text import clean_text
+from ovita.toolkit import CATALOGUE, Expectation, Recorder
+from ovita.toolkit.arguments import invoked, is_shipped
 
 
 @dataclass(frozen=True)
@@ -531,72 +97,479 @@ class Policy:
     @cached_property
     def toolkit_only(self) -> bool:
         """Whether it is proven to contain only toolkit calls, scene look-ups and arithmetic."""
-        from ovita.policy.direct import proven
-
         return proven(self.tree)
 
     @property
     def carries_columns(self) -> bool:
         """Whether further columns of its trajectory, such as orientations, come through it unspoilt."""
-        from ovita.policy.direct import carries_columns
-
         return carries_columns(self.tree)
 
 
-_SPEED_KEYS = ("speed", "velocity", "v", "vel")
+MAX_WAYPOINTS = 5_000
+"""Most rows of an array that is handed to the toolkit in this process."""
+
+MAX_ELEMENTS = 40_000
+"""Most elements of an array or a text that arithmetic may bring about in this process."""
+
+MAX_NUMBER = 1e6
+"""Largest magnitude of a number that a proven policy may state or compute; whole numbers do not grow beyond it."""
+
+MAX_CALLS = 64
+"""Most toolkit calls in this process."""
+
+MAX_WORK = 2_000_000
+"""Most elements that arithmetic may touch in all in this process."""
+
+_FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {"len": len, "abs": abs, "min": min, "max": max, "float": float}
+)
+_ATTRIBUTES: Mapping[type, frozenset[str]] = MappingProxyType(
+    {
+        SceneObject: frozenset({"position", "size", "dimensions", "radius", "name"}),
+        Scene: frozenset({"names"}),
+        np.ndarray: frozenset({"shape"}),
+    }
+)
+_ALL_ATTRIBUTES = frozenset().union(*_ATTRIBUTES.values())
+_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.FloorDiv: operator.floordiv,
+        ast.BitAnd: operator.and_,
+        ast.BitOr: operator.or_,
+        ast.BitXor: operator.xor,
+    }
+)
+_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = MappingProxyType(
+    {ast.USub: operator.neg, ast.UAdd: operator.pos, ast.Invert: operator.invert, ast.Not: operator.not_}
+)
+_COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        ast.Lt: operator.lt,
+        ast.LtE: operator.le,
+        ast.Gt: operator.gt,
+        ast.GtE: operator.ge,
+        ast.Eq: operator.eq,
+        ast.NotEq: operator.ne,
+        ast.Is: operator.is_,
+        ast.IsNot: operator.is_not,
+        ast.In: lambda a, b: a in b,
+        ast.NotIn: lambda a, b: a not in b,
+    }
+)
+_RESERVED = frozenset({*CATALOGUE, *_FUNCTIONS, "np", "math", "get_trajectory", "detect_objects"})
 
 
-def to_rows(result: Any, original: Array, what: str) -> Array:
-    """Turn a policy's result into rows x, y, z, speed (and a quaternion if they have one).
+class TooMuch(Exception):
+    """A proven policy needs more than this process gives it; it belongs into the sandbox."""
 
-    Args:
-        result: Array (M, 4), (M, 3) or (M, 8), a list of rows, or a list of dicts with x, y, z and speed or velocity.
-        original: The original's rows (N, 4); its speeds serve if the result has none and M equals N.
-        what: Name of the result for messages.
+
+def proven(tree: ast.Module) -> bool:
+    """Whether a policy is one function made of toolkit calls, scene look-ups and arithmetic, and nothing else."""
+    return _proven_function(tree) is not None
+
+
+def _proven_function(tree: ast.Module) -> ast.FunctionDef | None:
+    body = [s for s in tree.body if not (isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant))]
+    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or not _is_plain(body[0]):
+        return None
+    bound = {body[0].name, *all_bindings(body[0].args)}
+    return body[0] if _fit([_statements(tuple(body[0].body))], bound) else None
+
+
+@dataclass(frozen=True)
+class _Statements:
+    """Statements with what a proof needs of them.
+
+    `simple` says that all in them is of the kinds that a proven policy may contain; `read` are the names that they read
+    or bind, what they call left out; `bound` are those that they bind.
+    """
+
+    body: tuple[ast.stmt, ...]
+    simple: bool
+    read: frozenset[str]
+    bound: frozenset[str]
+
+
+def _statements(body: tuple[ast.stmt, ...]) -> _Statements:
+    nodes = [node for statement in body for node in ast.walk(statement)]
+    functions = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    own = [node for node in nodes if id(node) not in functions]
+    return _Statements(
+        body,
+        all(isinstance(node, ast.Name) or _is_simple(node) for node in own),
+        frozenset(node.id for node in own if isinstance(node, ast.Name)),
+        frozenset(name for node in nodes for name in own_bindings(node)),
+    )
+
+
+def _fit(parts: Sequence[_Statements], given: Iterable[str]) -> bool:
+    """Whether statements are simple together, where some names have values from the start."""
+    bound = frozenset(given).union(*(part.bound for part in parts))
+    if bound & _RESERVED or any(name.startswith("_") for name in bound):
+        return False
+    return all(part.simple and part.read <= bound for part in parts)
+
+
+@lru_cache(maxsize=8192)
+def _read(statement: str) -> _Statements:
+    return _statements(tuple(parse_tree(statement).body))
+
+
+def prove_statements(parameters: Sequence[str], statements: Sequence[str]) -> Proof | None:
+    """The proof of adapt(traj, scene, *, parameters) whose body is some statements, or None where there is none.
+
+    Each statement is read once and kept, since the policies that ovita writes have most of them in common. The
+    parameters have no values; `run_proof` takes them.
 
     Raises:
-        PolicyOutputInvalid: If it cannot be read so.
+        PolicyRejected: If a statement is not Python.
     """
-    wanted = "an array (N, 4) of x, y, z, speed"
-    if result is None:
-        raise PolicyOutputInvalid(f"{what} is None; it must be {wanted}")
-    if isinstance(result, Mapping | str | bytes) or not hasattr(result, "__len__"):
-        raise PolicyOutputInvalid(f"{what} is a {type(result).__name__}, not {wanted}")
-    if len(result) > MAX_ROWS:
-        raise PolicyOutputInvalid(f"{what} has {len(result)} waypoints; {MAX_ROWS} are the most")
-    if len(result) and all(isinstance(row, Mapping) for row in result):
-        result = [_row(waypoint, i, original, len(result), what) for i, waypoint in enumerate(result)]
-    rows = _numbers(result, what)
-    if rows.shape[1] == 3:
-        if len(rows) != len(original):
-            raise PolicyOutputInvalid(
-                f"{what} has no speeds and {len(rows)} waypoints instead of {len(original)}; "
-                "give each waypoint a speed as its fourth value"
-            )
-        rows = np.column_stack([rows, original[:, 3]])
-    return rows
+    parts = [_read(statement) for statement in statements]
+    if not _fit(parts, ("adapt", "traj", "scene", *parameters)):
+        return None
+    inputs, knobs = ([ast.arg(name) for name in names] for names in (("traj", "scene"), parameters))
+    none: list[ast.expr | None] = [None] * len(knobs)
+    arguments = ast.arguments(posonlyargs=[], args=inputs, kwonlyargs=knobs, kw_defaults=none, defaults=[])
+    body = [statement for part in parts for statement in part.body]
+    return Proof(ast.FunctionDef("adapt", arguments, body, decorator_list=[]), 2)
 
 
-def _numbers(result: Any, what: str) -> Array:
-    """A result as real numbers (N, 3), (N, 4) or (N, 8)."""
+def _is_plain(function: ast.FunctionDef) -> bool:
+    """Whether a function has neither decorators nor type parameters, takes no *args, and its defaults are literals."""
+    arguments = function.args
+    if function.decorator_list or arguments.vararg or arguments.kwarg or getattr(function, "type_params", None):
+        return False
+    return all(_is_literal(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d is not None)
+
+
+_PLAIN_NODES = (
+    *(ast.Expr, ast.If, ast.Pass, ast.Tuple, ast.List, ast.Slice, ast.Load, ast.Store),
+    *(ast.BinOp, ast.UnaryOp, ast.Compare, ast.BoolOp, ast.And, ast.Or, *_BINARY, *_UNARY, *_COMPARE),
+)
+"""Kinds of nodes that a proven policy may contain as they are."""
+
+
+def _is_simple(node: ast.AST) -> bool:
+    """Whether a node may be in a proven policy, if all that is inside it may; what a call calls is judged with it."""
+    match node:
+        case ast.Constant(value=value):
+            return value is None or type(value) in (bool, int, float, str)
+        case ast.Return(value=value):
+            return value is not None
+        case ast.Assign(targets=[ast.Name()]):
+            return True
+        case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+            return len(names) == len(values) and all(isinstance(name, ast.Name) for name in names)
+        case ast.Call(func=ast.Name(id=name), keywords=keywords):
+            return (name in CATALOGUE and is_shipped(CATALOGUE[name])) or (name in _FUNCTIONS and not keywords)
+        case ast.keyword(arg=name):
+            return name is not None
+        case ast.Attribute(attr=attribute, ctx=ast.Load()):
+            return attribute in _ALL_ATTRIBUTES
+        case ast.Subscript(ctx=ast.Load()):
+            return True
+    return isinstance(node, _PLAIN_NODES)
+
+
+def _is_literal(node: ast.expr) -> bool:
     try:
-        if np.iscomplexobj(result):
-            raise TypeError
-        rows = np.asarray(result, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise PolicyOutputInvalid(f"{what} is not a table of numbers; it must be (N, 4): x, y, z, speed") from None
-    if rows.ndim != 2 or rows.shape[1] not in (3, 4, 8):
-        raise PolicyOutputInvalid(f"{what} has shape {rows.shape}; it must be (N, 4): x, y, z, speed")
-    return rows
+        literal(node)
+    except (ValueError, OverflowError, RecursionError):
+        return False
+    return True
 
 
-def _row(waypoint: Mapping[str, Any], i: int, original: Array, count: int, what: str) -> list[float]:
-    missing = [key for key in "xyz" if key not in waypoint]
-    if missing:
-        raise PolicyOutputInvalid(f"waypoint {i} of {what} has no {missing[0]!r}; each needs x, y, z and velocity")
-    speed = next((waypoint[key] for key in _SPEED_KEYS if key in waypoint), None)
-    if speed is None:
-        if count != len(original):
-            raise PolicyOutputInvalid(f"waypoint {i} of {what} has no 'velocity'; each needs x, y, z and velocity")
-        speed = original[i, 3]
-    return [waypoint["x"], waypoint["y"], waypoint["z"], speed]
+@dataclass(frozen=True)
+class Proof:
+    """A proven policy's function, and how many of (traj, scene) it takes: it is proven once and run often."""
+
+    function: ast.FunctionDef
+    arguments: int
+
+
+def prove(tree: ast.Module) -> Proof | None:
+    """The proof of a policy, or None where there is none."""
+    function = _proven_function(tree)
+    return None if function is None else Proof(function, entry_of(tree).arguments)
+
+
+def run_proven(tree: ast.Module, given: Array, scene: Scene) -> tuple[Any, Recorder]:
+    """Run a proven policy on rows (N, 4+k); return its unchecked result and its postconditions.
+
+    Raises:
+        TooMuch: If it is not proven, or takes more than this process gives; nothing of it is left then.
+        PolicyCrashed: If it fails, with the line.
+    """
+    proof = prove(tree) if len(given) <= MAX_WAYPOINTS else None
+    if proof is None:
+        raise TooMuch
+    return run_proof(proof, given, scene)
+
+
+def run_proof(
+    proof: Proof, given: Array, scene: Scene, values: Mapping[str, Any] = MappingProxyType({})
+) -> tuple[Any, Recorder]:
+    """As `run_proven`, with a proof at hand and values of some parameters."""
+    if len(given) > MAX_WAYPOINTS:
+        raise TooMuch
+    run = _Run(proof, scene)
+    try:
+        with np.errstate(all="ignore"):
+            return run.function(proof, given, values), run.recorder
+    except (TooMuch, RecursionError, MemoryError):
+        raise TooMuch from None
+    except Exception as error:
+        said = f"{type(error).__name__}: {error}".removesuffix(": ")
+        raise PolicyCrashed(clean_text(said[:MAX_MESSAGE], MAX_MESSAGE), line=run.line) from None
+
+
+class _Return(Exception):
+    """Ends the function with a value."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+
+class _Run(ast.NodeVisitor):
+    """Walks the tree of one proven policy; visiting an expression gives its value."""
+
+    def __init__(self, proof: Proof, scene: Scene) -> None:
+        self.scene, self.recorder = scene, Recorder()
+        self.calls, self.work, self.line = 0, 0, 0
+        self.values: dict[str, Any] = {}
+
+    def function(self, proof: Proof, given: Array, values: Mapping[str, Any]) -> Any:
+        """Call the policy's function with the trajectory and the scene."""
+        arguments = proof.function.args
+        positional = [*arguments.posonlyargs, *arguments.args]
+        first = len(positional) - len(arguments.defaults)
+        defaults = {a.arg: d for a, d in zip(positional[first:], arguments.defaults, strict=True)}
+        defaults |= {a.arg: d for a, d in zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True) if d}
+        literals = {name: literal(node) for name, node in defaults.items() if name not in values}
+        self.values = {name: self.bounded(value) for name, value in {**literals, **values}.items()}
+        inputs = (given, self.scene)[: proof.arguments]
+        self.values |= {a.arg: value for a, value in zip(positional, inputs, strict=False)}
+        try:
+            self.block(proof.function.body)
+        except _Return as ended:
+            return ended.value
+        return None
+
+    def block(self, body: list[ast.stmt]) -> None:
+        for statement in body:
+            self.line = statement.lineno
+            self.visit(statement)
+
+    def generic_visit(self, node: ast.AST) -> Any:
+        raise TooMuch
+
+    def visit_Return(self, node: ast.Return) -> None:
+        raise _Return(self.visit(node.value or ast.Constant(None)))
+
+    def visit_Assign(self, node: ast.Assign) -> None:
+        match node.targets[0], node.value:
+            case ast.Name(id=name), value:
+                self.values[name] = self.visit(value)
+            case ast.Tuple(elts=names), ast.Tuple(elts=parts):
+                values = [self.visit(part) for part in parts]
+                self.values |= {n.id: v for n, v in zip(names, values, strict=True) if isinstance(n, ast.Name)}
+
+    def visit_If(self, node: ast.If) -> None:
+        self.block(node.body if self.visit(node.test) else node.orelse)
+
+    def visit_Expr(self, node: ast.Expr) -> None:
+        self.visit(node.value)
+
+    def visit_Pass(self, node: ast.Pass) -> None:
+        pass
+
+    def visit_Constant(self, node: ast.Constant) -> Any:
+        return self.bounded(node.value)
+
+    def visit_Name(self, node: ast.Name) -> Any:
+        if node.id not in self.values:
+            raise UnboundLocalError(f"{node.id} is used before it has a value")
+        return self.values[node.id]
+
+    def visit_Tuple(self, node: ast.Tuple) -> Any:
+        return tuple(self.visit(item) for item in node.elts)
+
+    def visit_List(self, node: ast.List) -> Any:
+        return [self.visit(item) for item in node.elts]
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> Any:
+        until, result = isinstance(node.op, ast.Or), None
+        for value in node.values:
+            result = self.visit(value)
+            if bool(result) is until:
+                break
+        return result
+
+    def visit_Compare(self, node: ast.Compare) -> Any:
+        left, result = self.visit(node.left), None
+        for op, right_node in zip(node.ops, node.comparators, strict=True):
+            right = self.visit(right_node)
+            self.line = node.lineno
+            if not isinstance(op, ast.Is | ast.IsNot | ast.In | ast.NotIn):
+                self.refuse_growth(left, right, arithmetic=False)
+            result = self.bounded(_COMPARE[type(op)](left, right))
+            if len(node.ops) > 1 and not result:
+                break
+            left = right
+        return result
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        a, b = self.visit(node.left), self.visit(node.right)
+        self.line = node.lineno
+        self.refuse_growth(a, b)
+        return self.bounded(_BINARY[type(node.op)](a, b))
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+        return self.bounded(_UNARY[type(node.op)](self.visit(node.operand)))
+
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        owner, name = self.visit(node.value), node.attr
+        self.line = node.lineno
+        if name not in _ATTRIBUTES.get(type(owner), ()):
+            raise AttributeError(f"{type(owner).__name__} has no {name} in a policy")
+        return self.bounded(getattr(owner, name))
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        owner, key = self.visit(node.value), self.index(node.slice)
+        self.line = node.lineno
+        return self.bounded(owner[key])
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        assert isinstance(node.func, ast.Name)
+        name = node.func.id
+        arguments = [self.visit(a) for a in node.args]
+        named = {k.arg: self.visit(k.value) for k in node.keywords if k.arg is not None}
+        self.line = node.lineno
+        if name not in CATALOGUE:
+            return self.bounded(_FUNCTIONS[name](*arguments))
+        self.calls += 1
+        if self.calls > MAX_CALLS or any(len(a) > MAX_WAYPOINTS for a in (*arguments, *named.values()) if _is_array(a)):
+            raise TooMuch
+        return self.bounded(invoked(CATALOGUE[name], arguments, named, self.scene.frame, self.recorder))
+
+    def index(self, node: ast.expr) -> Any:
+        """An index that takes a part and never more than there is: numbers, slices, one mask, a name."""
+        match node:
+            case ast.Slice(lower=lower, upper=upper, step=step):
+                return slice(*(None if part is None else self.visit(part) for part in (lower, upper, step)))
+            case ast.Tuple(elts=parts):
+                return tuple(self.part(self.index(part)) for part in parts)
+        key = self.visit(node)
+        return key if isinstance(key, str) else self.part(key)
+
+    def part(self, key: Any) -> Any:
+        mask = _is_array(key) and key.dtype == np.bool_ and key.ndim == 1
+        if mask or isinstance(key, slice) or (isinstance(key, int | np.integer) and not isinstance(key, bool)):
+            return key
+        raise TooMuch
+
+    def refuse_growth(self, a: Any, b: Any, *, arithmetic: bool = True) -> None:
+        """Let arithmetic pass on numbers and arrays of numbers only, and where the result is not large."""
+        if not (_is_array(a) or _is_array(b)):
+            if arithmetic and not (_is_number(a) and _is_number(b)):
+                raise TooMuch  # such as a text or a list times a number
+            return
+        shapes = [np.shape(v) for v in (a, b) if _is_array(v) or isinstance(v, list | tuple)]
+        try:
+            shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            return  # numpy says it better
+        self.spend(int(np.prod(shape)))
+
+    def spend(self, elements: int) -> None:
+        self.work += elements
+        if elements > MAX_ELEMENTS or self.work > MAX_WORK:
+            raise TooMuch
+
+    def bounded(self, value: Any) -> Any:
+        """The value, if it is of a kind and a size that is computed on here."""
+        if isinstance(value, int | float | np.number):
+            size = abs(int(value)) if isinstance(value, int | np.integer) else abs(float(value))
+            too_much = MAX_NUMBER < size < math.inf
+        elif _is_array(value):
+            too_much = value.dtype.kind not in "fiub" or value.size > 8 * 2 * MAX_ELEMENTS
+            self.spend(value.size // 16)
+        elif isinstance(value, str | list | tuple):
+            too_much = False
+            self.spend(len(value))
+        else:
+            too_much = not isinstance(value, SceneObject | Scene | Expectation | np.bool_ | None)
+        if too_much:
+            raise TooMuch
+        return value
+
+
+def _is_array(value: Any) -> bool:
+    return type(value) is np.ndarray
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number | np.bool_)
+
+
+class _Watched(_Run):
+    """A run that notes which waypoints each toolkit call changes."""
+
+    def __init__(self, proof: Proof, scene: Scene) -> None:
+        super().__init__(proof, scene)
+        self.found: list[tuple[int, NDArray[np.bool_]]] = []
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        result = super().visit_Call(node)
+        before: Any = self.visit(node.args[0]) if node.args and isinstance(node.args[0], ast.Name) else ()
+        if _is_array(before) and _is_array(result) and before.ndim == result.ndim == 2:
+            same = before.shape == result.shape
+            changed = (np.abs(before - result) > 1e-9).any(axis=1) if same else np.ones(len(result), dtype=bool)
+            self.found.append((node.lineno, changed))
+        return result
+
+
+def changed_by_line(tree: ast.Module, given: Array, scene: Scene) -> list[tuple[int, NDArray[np.bool_]]]:
+    """Which rows (M,) of its result each toolkit call of a proven policy changes, with its line; [] of any other."""
+    proof = prove(tree)
+    if proof is None:
+        return []
+    run = _Watched(proof, scene)
+    with contextlib.suppress(Exception), np.errstate(all="ignore"):
+        run.function(proof, given, {})
+    return run.found
+
+
+def carries_columns(tree: ast.Module) -> bool:
+    """Whether a proven policy leaves the arithmetic on its trajectory to the toolkit as well.
+
+    If it does, further columns such as a quaternion may ride along: the toolkit repeats and interpolates them, but
+    `traj + 0.1` would spoil them.
+    """
+    function = _proven_function(tree)
+    if function is None:
+        return False
+    follows: dict[str, list[str]] = {}
+    for node in (node for node in ast.walk(function) if isinstance(node, ast.Assign)):
+        for name in names_in(node.value):
+            follows.setdefault(name, []).extend(t.id for t in node.targets if isinstance(t, ast.Name))
+    first = [a.arg for a in [*function.args.posonlyargs, *function.args.args][:1]]
+    tainted = reached(first, lambda name: follows.get(name, ()))
+    return not any(names_in(operand) & tainted for node in ast.walk(function) for operand in _operands(node))
+
+
+def _operands(node: ast.AST) -> list[ast.expr]:
+    match node:
+        case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() | ast.FloorDiv(), right=right):
+            return [left, right]
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd(), operand=operand):
+            return [operand]
+        case ast.Subscript(value=value):
+            return [value]
+        case ast.Return(value=value) if not isinstance(value, ast.Call | ast.Name):
+            return [value] if value is not None else []
+    return []

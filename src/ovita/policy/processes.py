@@ -16,18 +16,7 @@ from pathlib import Path
 
 import ovita.plugins as plugins
 from ovita.errors import IsolationUnavailable, PolicyCrashed
-from ovita.policy.wire import (
-    END_SIZE,
-    ENDED,
-    FLOODED,
-    MAX_RESULT,
-    READY,
-    TIMED_OUT,
-    UNREAD,
-    BadFrame,
-    JobEnd,
-    JobHeader,
-)
+from ovita.policy import wire
 
 START_LIMIT_S = 60.0
 """How long a worker may take to come up [s]; scipy on a loaded machine takes a few."""
@@ -73,14 +62,14 @@ class Worker:
             greeting = self._read(1, time.monotonic() + START_LIMIT_S)
         except WorkerLost:
             greeting = b""
-        if greeting != READY:
+        if greeting != wire.READY:
             self.stop()
             raise IsolationUnavailable(
                 f"the sandbox's worker did not start (exit code {self.process.returncode}); "
                 f"try: {sys.executable} -s -P -c 'import numpy, ovita'"
             )
 
-    def ask(self, head: JobHeader, body: bytes) -> JobEnd:
+    def ask(self, head: wire.JobHeader, body: bytes) -> wire.JobEnd:
         """Send a request and wait for its answer.
 
         Raises:
@@ -90,28 +79,28 @@ class Worker:
         deadline = time.monotonic() + head.wall_ms / 1000.0 + grace
         try:
             self._write(head.pack() + body, deadline)
-            ended = JobEnd.unpack(self._read(END_SIZE, deadline))
+            ended = wire.JobEnd.unpack(self._read(wire.END_SIZE, deadline))
             return ended._replace(data=self._read(ended.length, deadline))
-        except (OSError, BadFrame) as error:
+        except (OSError, wire.BadFrame) as error:
             raise WorkerLost(str(error)) from None
 
-    def run(self, head: JobHeader, body: bytes) -> JobEnd:
+    def run(self, head: wire.JobHeader, body: bytes) -> wire.JobEnd:
         """Have the one policy of this process run, and take what it writes until it ends."""
-        data, ended = bytearray(), UNREAD
+        data, ended = bytearray(), wire.UNREAD
         try:
             loaded = time.monotonic() + SCIPY_GRACE_S
             self._write(head.pack() + body, loaded)
             self._read(1, loaded)  # it acknowledges once everything is loaded and read
-            ended, deadline = TIMED_OUT, time.monotonic() + head.wall_ms / 1000.0
-            while len(data) <= MAX_RESULT and (part := self._part(1 << 16, deadline)):
+            ended, deadline = wire.TIMED_OUT, time.monotonic() + head.wall_ms / 1000.0
+            while len(data) <= wire.MAX_RESULT and (part := self._part(1 << 16, deadline)):
                 data += part
-            ended = ENDED if len(data) <= MAX_RESULT else FLOODED
+            ended = wire.ENDED if len(data) <= wire.MAX_RESULT else wire.FLOODED
         except (OSError, WorkerLost):
             pass
-        if ended != ENDED:
+        if ended != wire.ENDED:
             self.process.kill()
-        result = bytes(data) if ended == ENDED else b""
-        return JobEnd(ended, self.process.wait(), len(result), result)
+        result = bytes(data) if ended == wire.ENDED else b""
+        return wire.JobEnd(ended, self.process.wait(), len(result), result)
 
     def _write(self, data: bytes, deadline: float) -> None:
         view = memoryview(data)
@@ -165,7 +154,7 @@ class Pool:
         self._locks = {False: threading.Lock(), True: threading.Lock()}
         self._ended = False
 
-    def ask(self, head: JobHeader, body: bytes) -> JobEnd:
+    def ask(self, head: wire.JobHeader, body: bytes) -> wire.JobEnd:
         """Have a request answered by the worker that fits, started if need be and restarted once if it was lost.
 
         Raises:
@@ -270,7 +259,7 @@ def _paths() -> Sequence[str]:
     return list(dict.fromkeys([*found, *plugins.folders("operations")]))
 
 
-def once(head: JobHeader, body: bytes) -> JobEnd:
+def once(head: wire.JobHeader, body: bytes) -> wire.JobEnd:
     """Run one policy in a process of its own, started for it: slower than a worker, and possible everywhere.
 
     Raises:

@@ -3,40 +3,50 @@
 from __future__ import annotations
 
 import ast
+import io
 import re
 import symtable
 import sys
 import textwrap
-from collections.abc import Container, Iterator
+import tokenize
+from collections import Counter
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import dropwhile
+from typing import NamedTuple
 
 from ovita.errors import PolicyRejected
 from ovita.policy.check import MODULES, PROVIDED, REASONS, SCRIPT_CALLS, check, refusal
-from ovita.policy.policy import (
+from ovita.policy.policy import Policy
+from ovita.policy.source import (
+    MAX_NOTE,
     MAX_SOURCE,
     NO_POLICY,
     RESULT,
     EntryPoint,
-    Policy,
+    Parameter,
     bound_names,
     entry_of,
     find_function,
-    find_parameters,
+    literals,
     names_in,
     own_bindings,
     parse_tree,
+    reached,
     root_name,
     top_level_names,
 )
 from ovita.policy.wire import MAX_MESSAGE
 from ovita.text import clean_text
+from ovita.units import find
 
 _CODE = re.compile(r"(import |from [\w.]+ import|def \w+|class \w+|@\w|#|\"\"\"|[A-Za-z_][\w.,\[\] ]*=[^=]|for |if )")
 MAX_SUMMARY = 300
 """Most characters of a summary."""
 
-_PYTHON = ("python", "py", "python3", "")
+PYTHON = ("python", "py", "python3", "")
+"""Languages by which a fenced block is Python."""
 
 
 @lru_cache(maxsize=16)  # a knob runs the same program again and again
@@ -158,8 +168,8 @@ def _before_result(function: ast.FunctionDef) -> ast.stmt | None:
 
 
 def _candidates(text: str) -> Iterator[str]:
-    blocks = [(language, _dedented(code)) for language, code in _blocks(text)]
-    python = [code for language, code in blocks if language in _PYTHON]
+    blocks = [(block.language, _dedented(block.code)) for block in fenced(text)[0]]
+    python = [code for language, code in blocks if language in PYTHON]
     yield from reversed(python)
     if len(python) > 1:
         yield "\n\n".join(python)
@@ -167,25 +177,37 @@ def _candidates(text: str) -> Iterator[str]:
         code = _dedented(text)
         yield code
         yield _without_prose(code)
-    yield from (code for language, code in blocks if language not in _PYTHON)
+    yield from (code for language, code in blocks if language not in PYTHON)
 
 
-def _blocks(text: str) -> Iterator[tuple[str, str]]:
-    """The blocks between fences of ``` or ~~~, with their language in lower case; the last need not be closed."""
+class Block(NamedTuple):
+    """A fenced block: its language in lower case, its text, and whether it is closed, as the last need not be."""
+
+    language: str
+    code: str
+    closed: bool
+
+
+def fenced(text: str) -> tuple[list[Block], str]:
+    """The blocks between fences of ``` or ~~~, and the prose around them with "Code:" in their places."""
+    blocks, prose = list[Block](), list[str]()
     fence, language, code = "", "", list[str]()
     for line in text.split("\n"):
         mark = line.strip()
-        if not fence:
-            if mark.startswith(("```", "~~~")):
-                rest = mark.lstrip(mark[0])
-                fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20], []
+        if not fence and mark.startswith(("```", "~~~")):
+            rest = mark.lstrip(mark[0])
+            fence, language, code = mark[: len(mark) - len(rest)], rest.strip().lower()[:20].split(" ")[0], []
+            prose.append("Code:")
+        elif not fence:
+            prose.append(line)
         elif mark.startswith(fence) and not mark.strip(fence[0]):
-            yield language.split(" ")[0], "\n".join(code) + "\n"
+            blocks.append(Block(language, "\n".join(code) + "\n", True))
             fence = ""
         else:
             code.append(line)
     if fence:
-        yield language.split(" ")[0], "\n".join(code)
+        blocks.append(Block(language, "\n".join(code), False))
+    return blocks, "\n".join(prose)
 
 
 def _dedented(code: str) -> str:
@@ -210,14 +232,68 @@ def _is_prose(line: str) -> bool:
 
 def _summary(source: str, tree: ast.Module, entry: EntryPoint) -> str:
     """What the author says that the policy does: the first line of its docstring or its first comment."""
-    texts = [ast.get_docstring(tree)]
-    if entry.form == "function":
-        texts.insert(0, ast.get_docstring(find_function(tree, entry.name)))
-    for text in texts:
-        if text and text.strip():
-            return clean_text(text.strip().split("\n")[0].strip(), MAX_SUMMARY)
-    first = source.lstrip().split("\n")[0]
-    return clean_text(first.lstrip("# ").strip(), MAX_SUMMARY) if first.startswith("#") else ""
+    own = ast.get_docstring(find_function(tree, entry.name)) if entry.form == "function" else None
+    texts = [(text or "").strip() for text in (own, ast.get_docstring(tree))]
+    comment = source.lstrip().split("\n")[0]
+    texts.append(comment.lstrip("# ") if comment.startswith("#") else "")
+    return clean_text(next(filter(None, texts), "").split("\n")[0].strip(), MAX_SUMMARY)
+
+
+def find_parameters(source: str, tree: ast.Module, entry: EntryPoint) -> tuple[Parameter, ...]:
+    """Read the parameters off a policy that a model or a person wrote.
+
+    In a function they are the arguments with a literal default, other than traj and scene; in a script, the
+    top-level names that are assigned a literal exactly once. Unit and meaning come from the comment at the end of
+    the line, or from a docstring line such as `distance: how far to shift [m]`.
+    """
+    held = literals(tree, entry)
+    lines = Counter(node.end_lineno for _, node in held.values())
+    comments = _comments(source)
+    notes = _notes(ast.get_docstring(find_function(tree, entry.name) if entry.form == "function" else tree) or "")
+    parameters = []
+    for name, (value, node) in held.items():
+        comment = comments.get(node.end_lineno or node.lineno, "")
+        named = _notes(comment)
+        own = comment if lines[node.end_lineno] == 1 and not named.keys() & held.keys() else ""
+        text = named.get(name) or own or notes.get(name, "")
+        parameters.append(Parameter(name, value, *_unit(clean_text(text, MAX_NOTE))))
+    return tuple(parameters)
+
+
+def _comments(source: str) -> dict[int, str]:
+    """Text of the comment at the end of each line that has one."""
+    try:
+        tokens = [t for t in tokenize.generate_tokens(io.StringIO(source).readline) if t.type == tokenize.COMMENT]
+    except (tokenize.TokenError, SyntaxError):
+        return {}
+    return {token.start[0]: token.string[:MAX_NOTE].lstrip("#: ").strip() for token in tokens}
+
+
+_NOTE = re.compile(r"^\s*(?:[-*]\s+)?[`*]{0,2}(\w+)[`*]{0,2}\s*(?:\([^()]*\))?\s*(?::|=|–|—|--)\s*(\S.*)$")
+_BRACKETS = re.compile(r"\s*\[([^\[\]]{1,16})\]")
+_PARENTHESES = re.compile(r"\s*\(([^()]{1,16})\)")
+_COUNTS = frozenset("1/m waypoints points steps index factor ratio fraction unitless - 0-1 0..1".split())
+"""What stands where a unit would, besides those that `units` knows."""
+
+
+def _notes(text: str) -> dict[str, str]:
+    """Lines such as `name: text` or `name (float): text`."""
+    found = filter(None, (_NOTE.match(line[:MAX_NOTE]) for line in reversed(text.split("\n"))))
+    return {match[1]: match[2].strip() for match in found}  # of several, the first counts
+
+
+def _measures(text: str) -> bool:
+    """Whether a text is a unit of measure, or says that there is none."""
+    unit = find(text)
+    return text.strip().lower() in _COUNTS or (unit is not None and unit.dimension not in ("step", "x"))
+
+
+def _unit(text: str) -> tuple[str, str]:
+    """Split `how far to shift [m]` or `how far to shift (m)` into unit and meaning."""
+    found = [*(f for f in _PARENTHESES.finditer(text) if _measures(f[1])), *_BRACKETS.finditer(text)][-1:]
+    if not found:
+        return (text.strip(), "") if _measures(text) else ("", text.strip())
+    return found[0][1].strip(), (text[: found[0].start()] + text[found[0].end() :]).strip(" ,;")
 
 
 _HARMLESS = MODULES | {"time", "datetime", "logging", "pprint"}
@@ -266,36 +342,34 @@ def _drop(body: list[ast.stmt], surplus: set[ast.stmt], page: _Page, *, is_modul
 
 
 def _bodies(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
-    for name in ("body", "orelse", "finalbody"):
-        inner = getattr(statement, name, None)
-        if isinstance(inner, list) and inner and isinstance(inner[0], ast.stmt):
-            yield inner
-    for part in [*getattr(statement, "handlers", []), *getattr(statement, "cases", [])]:
-        yield part.body
+    for part in (statement, *getattr(statement, "handlers", ()), *getattr(statement, "cases", ())):
+        lists = (value for _, value in ast.iter_fields(part) if isinstance(value, list))
+        yield from (inner for inner in lists if inner and isinstance(inner[0], ast.stmt))
 
 
 def _unreachable(body: list[ast.stmt]) -> list[ast.stmt]:
-    for i, statement in enumerate(body):
-        if isinstance(statement, ast.Return | ast.Raise | ast.Break | ast.Continue):
-            tail = body[i + 1 :]
-            generator = any(isinstance(n, ast.Yield | ast.YieldFrom) for s in tail for n in ast.walk(s))
-            return [] if generator else tail
-    return []
+    tail = [*dropwhile(lambda s: not isinstance(s, ast.Return | ast.Raise | ast.Break | ast.Continue), body)][1:]
+    generator = any(isinstance(n, ast.Yield | ast.YieldFrom) for s in tail for n in ast.walk(s))
+    return [] if generator else tail
 
 
 def _is_idle_print(statement: ast.stmt) -> bool:
     """Whether a statement is a print whose arguments do nothing."""
     match statement:
         case ast.Expr(value=ast.Call(func=ast.Name(id="print")) as call):
-            for node in ast.walk(call):
-                match node:
-                    case ast.NamedExpr() | ast.Await() | ast.Yield() | ast.YieldFrom():
-                        return False
-                    case ast.Name(id=name) if name in REASONS or name == "next":
-                        return False
-                    case ast.Attribute(attr=name) if name in _MUTATORS or refusal(name):
-                        return False
+            return not any(map(_acts, ast.walk(call)))
+    return False
+
+
+def _acts(node: ast.AST) -> bool:
+    """Whether an expression may do more than have a value."""
+    match node:
+        case ast.NamedExpr() | ast.Await() | ast.Yield() | ast.YieldFrom():
             return True
+        case ast.Name(id=name):
+            return name in REASONS or name == "next"
+        case ast.Attribute(attr=name):
+            return name in _MUTATORS or refusal(name) is not None
     return False
 
 
@@ -341,16 +415,12 @@ def _demo(source: str, tree: ast.Module, entry: EntryPoint, gone: set[ast.stmt])
     for statement in statements:
         for name in _touched(statement):
             binders.setdefault(name, []).append(statement)
-    fresh = [*binders.get(entry.name, []), *(s for s in statements if _must_stay(s))]
-    kept, known = set[ast.stmt](), set[str]()
-    while fresh:
-        statement = fresh.pop()
-        if statement in kept:
-            continue
-        kept.add(statement)
-        for name in _reads(statement, scopes) - known:
-            known.add(name)
-            fresh += binders.get(name, [])
+    start: list[ast.stmt | str] = [entry.name, *(s for s in statements if _must_stay(s))]
+
+    def follow(node: ast.stmt | str) -> Iterable[ast.stmt | str]:
+        return binders.get(node, ()) if isinstance(node, str) else _reads(node, scopes)
+
+    kept = reached(start, follow)
     return {s for s in statements if s not in kept and not isinstance(s, ast.Import | ast.ImportFrom)}
 
 
@@ -385,12 +455,12 @@ def _reads(statement: ast.stmt, scopes: _Scopes) -> set[str]:
 
 def _touched(statement: ast.stmt) -> set[str]:
     """Names that a top-level statement binds or, short of an assignment, may change by calling their methods."""
-    names = set(bound_names(statement))
-    if not isinstance(statement, ast.Assign | ast.AnnAssign | ast.FunctionDef | ast.ClassDef):
-        for node in ast.walk(statement):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-                names |= {name for name in (root_name(node.func),) if name and name not in ("np", "math")}
-    return names
+    bound = set(bound_names(statement))
+    if isinstance(statement, ast.Assign | ast.AnnAssign | ast.FunctionDef | ast.ClassDef):
+        return bound
+    called = [node.func for node in ast.walk(statement) if isinstance(node, ast.Call)]
+    owners = {root_name(function) or "" for function in called if isinstance(function, ast.Attribute)}
+    return bound | (owners - {"", *_GIVEN_MODULES.values()})
 
 
 def _must_stay(statement: ast.stmt) -> bool:

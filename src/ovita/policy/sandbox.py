@@ -1,6 +1,6 @@
 """Running a policy where it can compute and nothing else, and taking only a trajectory from it.
 
-A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.direct`); every other one in a
+A policy that is proven to be toolkit calls only runs in this process (`ovita.policy.policy`); every other one in a
 process that the kernel locks in (`ovita.policy.processes`).
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast, get_args
 
@@ -29,9 +30,8 @@ from ovita.paths.geometry import lengths
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length, nlerp
 from ovita.policy import wire
-from ovita.policy.direct import TooMuch, run_proven
-from ovita.policy.policy import Policy, entry_of, to_rows
-from ovita.policy.wire import CHECKED, ENDED, FLOODED, LOCKED, TIMED_OUT, JobEnd, JobHeader
+from ovita.policy.policy import Policy, TooMuch, run_proven
+from ovita.policy.source import entry_of, stated, to_rows
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Expectation, Recorder
 
@@ -173,12 +173,10 @@ def _run(
     isolation = known_isolation(isolation)
     table = _table(trajectory, policy)
     if isolation == "auto" and checked and locked and limits == LIMITS:
-        try:
+        with suppress(TooMuch):
             result, recorder = run_proven(policy.tree, table, scene)
             rows = to_rows(result, table[:, :4], f"the result of {entry_of(policy.tree).name}")
-            return _rollout(rows, _stated(recorder), trajectory, scene, "in process", started)
-        except TooMuch:
-            pass
+            return _rollout(rows, _plainly_stated(recorder), trajectory, scene, "in process", started)
     where = "degraded" if isolation == "degraded" else "strict"
     if where == "strict" and (lacking := missing()):
         raise IsolationUnavailable(
@@ -188,8 +186,8 @@ def _run(
     if not checked and (where != "strict" or not locked):
         raise RequestError("the allowlist check can be left out only where the kernel holds")
     limits = replace(limits, wall_s=limits.wall_s * max(1.0, len(table) / _USUAL_ROWS))
-    rows, stated = _in_a_process(policy, table, scene, limits, where, CHECKED * checked | LOCKED * locked)
-    return _rollout(rows, stated, trajectory, scene, where, started)
+    rows, header = _in_a_process(policy, table, scene, limits, where, wire.CHECKED * checked | wire.LOCKED * locked)
+    return _rollout(rows, header, trajectory, scene, where, started)
 
 
 def _in_a_process(
@@ -201,32 +199,29 @@ def _in_a_process(
     from ovita.policy.processes import POOL, once
 
     body = wire.pack_payload({"source": policy.source, "scene": scene_to_json(scene)}, table)
-    head = JobHeader(int(limits.wall_s * 1000), limits.memory_mb, scipy_parts(policy.source), flags, len(body))
+    head = wire.JobHeader(int(limits.wall_s * 1000), limits.memory_mb, scipy_parts(policy.source), flags, len(body))
     return _read(POOL.ask(head, body) if where == "strict" else once(head, body), limits)
 
 
-def _stated(recorder: Recorder) -> dict[str, Any]:
-    """What a policy stated in this process, in the words of a job's payload."""
-    expectations = [{"kind": e.kind, "arguments": dict(e.arguments), "text": e.text} for e in recorder.expectations]
+def _plainly_stated(recorder: Recorder) -> Any:
+    """What a policy stated in this process, as it would come back in a job's payload."""
     try:
-        plain = json.loads(json.dumps(expectations, allow_nan=False))
+        return json.loads(json.dumps(stated(recorder), allow_nan=False))
     except (TypeError, ValueError, RecursionError):
-        raise PolicyOutputInvalid("an expectation holds something that is not plain numbers and text") from None
-    contacts = [str(name) for name in recorder.contacts]
-    return {"contacts": contacts, "corners": recorder.corners, "expectations": plain}
+        raise PolicyOutputInvalid(wire.NOT_PLAIN) from None
 
 
 def _rollout(
-    rows: Array, stated: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
+    rows: Array, header: Mapping[str, Any], trajectory: Trajectory, scene: Scene, isolation: str, started: float
 ) -> Rollout:
     return Rollout(
         to_trajectory(rows, trajectory, scene),
-        _contacts(stated, scene),
-        _expectations(stated),
-        clean_text(stated.get("prints"), wire.MAX_PRINTS),
+        _contacts(header, scene),
+        _expectations(header),
+        clean_text(header.get("prints"), wire.MAX_PRINTS),
         isolation,
         (time.perf_counter() - started) * 1000.0,
-        stated.get("corners") is True,
+        header.get("corners") is True,
     )
 
 
@@ -245,17 +240,17 @@ _KINDS: Mapping[str, type[PolicyError]] = {
 }
 
 
-def _read(end: JobEnd, limits: SandboxLimits) -> tuple[Array, dict[str, Any]]:
+def _read(end: wire.JobEnd, limits: SandboxLimits) -> tuple[Array, dict[str, Any]]:
     """The rows and what came with them.
 
     Raises:
         PolicyError: If the policy failed.
     """
-    if end.ended == TIMED_OUT:
+    if end.ended == wire.TIMED_OUT:
         raise PolicyTimeout(f"it ran longer than {limits.wall_s:g} s")
-    if end.ended == FLOODED:
+    if end.ended == wire.FLOODED:
         raise PolicyOutputInvalid(f"its result is larger than {wire.MAX_RESULT >> 20} MiB")
-    if end.ended != ENDED or not end.data:
+    if end.ended != wire.ENDED or not end.data:
         raise _killed(end.code, limits)
     try:
         header, rows = wire.unpack_payload(end.data, max_json=wire.MAX_JSON)

@@ -29,6 +29,9 @@ MAX_MESSAGE = 2000
 MAX_EXPECTATIONS = 100
 """Most postconditions, and most contacts, that are kept."""
 
+NOT_PLAIN = "an expectation holds something that is not plain numbers and text"
+"""Why a result is refused whose postconditions are no JSON."""
+
 READY = b"H"
 """What a worker writes first, once it has loaded everything."""
 

@@ -23,8 +23,8 @@ from ovita.paths.geometry import runs
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.plots.geometry import corners
-from ovita.policy.direct import changed_by_line
-from ovita.policy.policy import parse_tree
+from ovita.policy.policy import changed_by_line
+from ovita.policy.source import parse_tree
 from ovita.studio.playback import Player
 from ovita.studio.sessions import Desk
 

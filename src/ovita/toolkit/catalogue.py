@@ -170,17 +170,12 @@ def note_contact(recorder: Recorder | None, target: Target | None, shift: Array)
         recorder.contacts.append(target.name)
 
 
-def namespace(frame: Frame, recorder: Recorder, names: Iterable[str] | None = None) -> dict[str, Callable[..., Any]]:
+def namespace(frame: Frame, recorder: Recorder) -> dict[str, Callable[..., Any]]:
     """The catalogue for one run of a policy: each operation knows the frame and the recorder.
-
-    Args:
-        frame: Which way is left.
-        recorder: Collects contacts and expectations.
-        names: Only these operations; None for all.
 
     A call that does not fit an operation's signature raises a ValueError that shows the signature.
     """
-    return {name: _bound(CATALOGUE[name], frame, recorder) for name in (CATALOGUE if names is None else names)}
+    return {name: _bound(operation, frame, recorder) for name, operation in CATALOGUE.items()}
 
 
 def core_names() -> tuple[str, ...]:
@@ -202,9 +197,9 @@ def describe(names: Iterable[str] | None = None, *, known_notes: Iterable[str] =
         ValueError: If a name is not in the catalogue.
     """
     wanted = in_order(names)
-    call = functools.partial(signature, brief=not defaults, short=True)
-    lines = [f"{call(name)}: {summary(name)}" for name in wanted if not name.startswith("expect_")]
-    expectations = [call(name) for name in wanted if name.startswith("expect_")]
+    calls = {name: written(CATALOGUE[name], brief=not defaults, short=True) for name in wanted}
+    lines = [f"{call}: {summary(name)}" for name, call in calls.items() if not name.startswith("expect_")]
+    expectations = [call for name, call in calls.items() if name.startswith("expect_")]
     lines += [", ".join(expectations)] if expectations else []
     for word, meaning in reversed(NOTES.items()):
         if word not in known_notes and any(word in line for line in lines):
@@ -230,9 +225,9 @@ def summary(name: str) -> str:
     return (CATALOGUE[name].__doc__ or "").strip().splitlines()[0].rstrip(".")
 
 
-def signature(name: str, *, brief: bool = False, short: bool = False) -> str:
+def signature(name: str, *, brief: bool = False) -> str:
     """A call as a policy writes it, see `arguments.written`."""
-    return written(CATALOGUE[name], brief=brief, short=short)
+    return written(CATALOGUE[name], brief=brief)
 
 
 def public_signature(name: str) -> inspect.Signature:

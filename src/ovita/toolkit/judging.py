@@ -123,6 +123,10 @@ class _Case:
         spans = list(runs(self.new))
         return "the path" if self.whole else text.waypoints(*spans[0]) if len(spans) == 1 else "the part"
 
+    def asked(self, *names: str) -> dict[str, float]:
+        """The amounts of those names that the expectation states."""
+        return {name: float(self.values[name]) for name in names if self.values.get(name) is not None}
+
     def distances(self) -> tuple[float, float]:
         """How near the part of the old path and of the new one come to the target's centre, between waypoints too."""
         centre = point(self.target)
@@ -267,7 +271,7 @@ def _distance(case: _Case) -> Outcome:
     old = case.paired if case.paired.any() else np.ones(len(case.original), dtype=bool)
     new = case.new if case.new.any() else np.ones(len(case.adapted), dtype=bool)
     pairs = ((case.original, old), (case.adapted, new))
-    asked = {name: float(case.values[name]) for name in ("at_least", "nearest", "at_most") if name in case.values}
+    asked = case.asked("at_least", "nearest", "at_most")
     bounds = []
     if asked.keys() != {"at_most"}:
         before, now = (_surface(case, rows, None if case.whole else part) for rows, part in pairs)
@@ -342,30 +346,24 @@ def _side(case: _Case) -> Outcome:
     word, within = case.values["side"], case.values.get("within")
     axis = case.scene.frame.direction(word)
     centre, half, place = case.anchor(axis)
-    masks = (case.paired, case.new) if case.paired.any() and case.new.any() else (None, None)
-    old, new = (
-        _reaches(rows[:, :3] - centre, None if case.whole else part, axis, within)
-        for rows, part in zip((case.original, case.adapted), masks, strict=True)
-    )
+    parts = (None, None) if case.whole or not (case.paired.any() and case.new.any()) else (case.paired, case.new)
+    pairs = zip((case.original, case.adapted), parts, strict=True)
+    old, new = (_reaches(rows[:, :3] - centre, part, axis, within) for rows, part in pairs)
     if new is None:
         said = f"the path does not pass within {float(within or 0.0):g} m of {place}, seen along that side"
         return Outcome(False, said, 0.0)
-    at_least, at_most = (case.values.get(name) for name in ("at_least", "at_most"))
-    exact = at_least is not None and at_least == at_most
+    asked = case.asked("at_least", "at_most")
+    amounts = dict.fromkeys(asked.values())
+    exact = len(amounts) < len(asked)
     slack = _about if exact or within is not None else _hardly
-    inset = 0.0 if exact else half
-    sides = (
-        (1.0, at_least, old and old[0] - inset, new[0] - inset, "least", "the surface of " if inset else ""),
-        (-1.0, at_most, old and old[1], new[1], "most", ""),
-    )
-    bounds = [
-        _Bound(sign, asked, before, now, slack(asked), f"at {which} {now:.3f} m {word} of {surface}{place}")
-        for sign, asked, before, now, which, surface in sides
-        if asked is not None
-    ]
-    wish = " to ".join(f"{bound:g}" for bound in dict.fromkeys((at_least, at_most)) if bound is not None)
-    outcome = _bounded(bounds, "the path is ", f" (asked {wish} m)")
-    opposite = case.named and at_least is not None and at_least >= 0.0 and new[1] < 0.0
+    bounds = []
+    for name, amount in asked.items():
+        i, sign, inset = (0, 1.0, 0.0 if exact else half) if name == "at_least" else (1, -1.0, 0.0)
+        now, surface = new[i] - inset, "the surface of " if inset else ""
+        said = f"{name.replace('_', ' ')} {now:.3f} m {word} of {surface}{place}"
+        bounds.append(_Bound(sign, amount, old and old[i] - inset, now, slack(amount), said))
+    outcome = _bounded(bounds, "the path is ", f" (asked {' to '.join(f'{amount:g}' for amount in amounts)} m)")
+    opposite = case.named and asked.get("at_least", -1.0) >= 0.0 and new[1] < 0.0
     return replace(outcome, change=min(outcome.change or 0.0, 0.0)) if opposite and not outcome.held else outcome
 
 
@@ -451,13 +449,12 @@ def _speed(case: _Case) -> Outcome:
     if "value" in case.values:
         return _speed_value(case)
     bounds = []
-    for name, sign, which in (("at_least", 1.0, "lowest"), ("at_most", -1.0, "highest")):
-        if name in case.values:
-            asked = float(case.values[name])
-            before = _extreme(case.original[:, 3], case.old, sign, asked)
-            now = _extreme(case.adapted[:, 3], case.new, sign, asked)
-            said = f"the {which} speed is {now:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)"
-            bounds.append(_Bound(sign, asked, before, now, max(AT_REST, KEPT_RELATIVE * asked), said))
+    for name, asked in case.asked("at_least", "at_most").items():
+        sign, which = (1.0, "lowest") if name == "at_least" else (-1.0, "highest")
+        before = _extreme(case.original[:, 3], case.old, sign, asked)
+        now = _extreme(case.adapted[:, 3], case.new, sign, asked)
+        said = f"the {which} speed is {now:.3f} m/s (asked {name.replace('_', ' ')} {asked:g} m/s)"
+        bounds.append(_Bound(sign, asked, before, now, max(AT_REST, KEPT_RELATIVE * asked), said))
     return _bounded(bounds, "", unit="m/s")
 
 

@@ -140,16 +140,16 @@ class Attempt:
     @property
     def summary(self) -> str:
         """The outcome in a few words."""
-        if self.failure or self.policy is not None:
-            ran = f"asks whether it is meant without {quoted(self.reply.unplaced)}" if self.reply.unplaced else ""
-            ran = ran or "asks whether it is meant"
-            first = (self.error or (ran if self.reply.confirm else "its policy ran as meant")).splitlines()[0]
-            expectations = self.rollout.expectations if self.rollout is not None else ()
-            judged = zip(expectations, self.outcomes, strict=True) if self.outcomes else ()
-            return " ".join([first, *(broken_promise(e.text, o) for e, o in judged if not o.held)])
-        if self.reply.kind == "question":
-            return f"asks: {self.reply.question}"
-        return f"could not place {quoted(self.reply.unplaced) or 'the instruction'}"
+        unplaced, expectations = quoted(self.reply.unplaced), self.rollout.expectations if self.rollout else ()
+        if not self.failure and self.policy is None:
+            asks = self.reply.kind == "question"
+            return f"asks: {self.reply.question}" if asks else f"could not place {unplaced or 'the instruction'}"
+        ran = "its policy ran as meant"
+        if self.reply.confirm:
+            ran = f"asks whether it is meant without {unplaced}" if unplaced else "asks whether it is meant"
+        pairs = zip(expectations, self.outcomes, strict=True) if self.outcomes else ()
+        broken = [broken_promise(e.text, outcome) for e, outcome in pairs if not outcome.held]
+        return " ".join([(self.error or ran).splitlines()[0], *broken])
 
 
 def broken_promise(text: str, outcome: Outcome) -> str:
@@ -466,14 +466,10 @@ class PromptStyle:
 
 @dataclass(frozen=True)
 class Sections:
-    """The text of a prompt by its sections.
+    """The text of a prompt by its sections: rules that are the same for every request, so that prefix caches work.
 
-    Args:
-        rules: Role, rules, toolkit and fixed examples: the same for every request, so that prefix caches work.
-        help: Functions and examples that are like the instruction.
-        scene: Frame, objects, environment, trajectory and limits.
-        history: Earlier turns.
-        instruction: The instruction.
+    Then `help` (functions and examples that are like the instruction), the scene with trajectory and limits, earlier
+    turns, and the instruction.
     """
 
     rules: str
@@ -513,9 +509,9 @@ class Prompt:
         """The text by section."""
         if self.own is not None:
             return self.own
-        from ovita.writers.prompt import told
+        from ovita.writers.prompt import sections_of
 
-        return told(self.request, self.style)
+        return sections_of(self.request, self.style)
 
     @property
     def fixed(self) -> str:

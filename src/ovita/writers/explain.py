@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ovita.errors import WriterError
@@ -41,7 +41,7 @@ _NUMBER_WORDS = {
     "hundred": 100.0,
 }
 _DIRECTIONS = ("left", "right", "forward", "backward", "upward", "downward", "higher", "lower", "faster", "slower")
-_OPPOSITE = dict(zip(_DIRECTIONS, (_DIRECTIONS[i ^ 1] for i in range(len(_DIRECTIONS))), strict=True))
+_OPPOSITE = {word: _DIRECTIONS[i ^ 1] for i, word in enumerate(_DIRECTIONS)}
 
 
 def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingBudget | None = None) -> str:
@@ -62,35 +62,35 @@ def reworded(writer: PolicyWriter, facts: Mapping[str, str], *, budget: WritingB
     given = harmless("\n\n".join(f"# {title}\n{text.strip()}" for title, text in facts.items() if text.strip()))
     text = model.complete(_ASK, given, temperature=TEMPERATURE, max_tokens=MAX_TOKENS, budget=budget)
     text = " ".join(re.sub(r"^\s*(?:#+|[-*•]|\d+[.)])(?:\s|$)", "", line).strip() for line in text.split("\n")).strip()
-    wrong = _invented(text, given) if text else "no text"
+    wrong = next(_invented(text, given), "") if text else "no text"
     if wrong:
         raise WriterError(f"{model.name}: the explanation holds {wrong}; a template explains instead")
     return text
 
 
-def _invented(said: str, given: str) -> str:
-    """Name the first item in a text that no fact supports: a number, a number in another unit, a direction; or ""."""
-    facts = _numbers(given)
-    known = {value for value, _ in facts}
-    for value, unit in sorted(_numbers(said)):
-        if value not in known:
-            return f"the number {value:g}, which is in no fact"
-        if unit and (value, unit) not in facts and any(other for number, other in facts if number == value):
-            return f"{value:g} {unit}, which is in no fact"
-    words, told = _words(said), _words(given)
+def _invented(said: str, given: str) -> Iterator[str]:
+    """What in a text no fact supports: a number, a number in another unit, a direction."""
+    units: dict[float, set[str]] = {}
+    for value, unit in _numbers(given):
+        units.setdefault(value, set()).add(unit)
+    for value, unit in sorted({*_numbers(said)}):
+        if value not in units:
+            yield f"the number {value:g}, which is in no fact"
+        elif unit and units[value] != {""} and unit not in units[value]:
+            yield f"{value:g} {unit}, which is in no fact"
+    known, fresh = _words(given), _words(said) - _words(given)
     for word, value in _NUMBER_WORDS.items():
-        if word in words and word not in told and value not in known:
-            return f"the word {word!r}, which is in no fact"
+        if word in fresh and value not in units:
+            yield f"the word {word!r}, which is in no fact"
     for word, opposite in _OPPOSITE.items():
-        if word in words and word not in told and opposite in told:
-            return f"the word {word!r} where the facts say {opposite!r}"
-    return ""
+        if word in fresh and opposite in known:
+            yield f"the word {word!r} where the facts say {opposite!r}"
 
 
-def _numbers(text: str) -> set[tuple[float, str]]:
+def _numbers(text: str) -> Iterator[tuple[float, str]]:
     """The numbers of a text, each with its unit or ""."""
-    found = _NUMBER.findall(unicodedata.normalize("NFKC", text))
-    return {(float(number.replace(",", ".")), symbol(unit)) for number, unit in found}
+    for value, unit in _NUMBER.findall(unicodedata.normalize("NFKC", text)):
+        yield float(value.replace(",", ".")), symbol(unit)
 
 
 def _words(text: str) -> set[str]:

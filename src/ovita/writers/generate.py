@@ -84,15 +84,14 @@ def _ask(prompt: Prompt, writer: PolicyWriter, isolation: Isolation, repairs: in
         try:
             answer = writer.write(prompt)
         except UnusableReply as failure:
-            lap("write")
             last = last if last.policy else replace(last, count=count, error=str(failure))
             advice = f"{failure} (answer in the form that is asked for, and more briefly)"
             prompt = prompt.repaired("", advice, "unusable")
             continue
         except WriterError as failure:
-            lap("write")
             return replace(last, count=count, error=last.error if last.policy else str(failure))
-        lap("write")
+        finally:
+            lap("write")
         tokens_in += answer.writer.input_tokens
         tokens_out += answer.writer.output_tokens
         counted = replace(answer, writer=replace(answer.writer, input_tokens=tokens_in, output_tokens=tokens_out))
@@ -296,13 +295,7 @@ def reply_for(
 
 @dataclass(frozen=True)
 class FramesWriter:
-    """A writer that realises frames, whatever the words are.
-
-    Args:
-        frames: What is asked for.
-        unplaced: Words that no frame was read from; then nothing is written.
-        name: How it is named.
-    """
+    """A writer that realises frames, whatever the words are; nothing where words are unplaced."""
 
     frames: tuple[SemanticFrame, ...]
     unplaced: tuple[str, ...] = ()

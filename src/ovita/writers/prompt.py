@@ -49,7 +49,7 @@ MAX_NAME, MAX_ENVIRONMENT, MAX_LIMITS = 80, 1200, 400
 """Longest name, environment text and constraints text that go into a prompt [characters]."""
 
 
-def told(request: Request, style: PromptStyle) -> Sections:
+def sections_of(request: Request, style: PromptStyle) -> Sections:
     """The text of a prompt by section."""
     helpful = _helpful(request, style.whole) if style.toolkit and style.examples == "retrieved" else []
     scene = _scene_lines(request) if style.scene else _names(request.scene)
@@ -97,13 +97,15 @@ def _helpful(request: Request, whole: bool = False) -> list[str]:
     likely = functions_like(request.instruction, FUNCTIONS, names, without=core_names())
     shown: list[Example] = []
     for example in similar(request.instruction, 2 * EXAMPLES, names):
-        longer = _help((*shown, example), likely[:1])
-        if not shown or (len(shown) < EXAMPLES and example.code != "" and _length(longer) <= ROOM):
+        fits = len(shown) < EXAMPLES and example.code != "" and _fits(_help((*shown, example), likely[:1]))
+        if not shown or fits:
             shown.append(example)
-    count = len(likely)
-    while count > 1 and _length(_help(shown, likely[:count])) > ROOM:
-        count -= 1
-    return _help(shown, likely[:count])
+    helps = (_help(shown, likely[:count]) for count in range(len(likely), 1, -1))
+    return next(filter(_fits, helps), _help(shown, likely[:1]))
+
+
+def _fits(parts: Sequence[str]) -> bool:
+    return sum(map(len, parts)) <= ROOM
 
 
 def _help(shown: Sequence[Example], likely: Sequence[str]) -> list[str]:
@@ -112,10 +114,6 @@ def _help(shown: Sequence[Example], likely: Sequence[str]) -> list[str]:
     further = [name for name in (*(call for e in shown for call in e.calls), *likely) if name not in core_names()]
     functions = ["# More functions\n" + describe(further, known_notes=("OFFSET",))] if further else []
     return functions + [f"# Example {i}\n{example.text()}" for i, example in enumerate(shown, start=1)]
-
-
-def _length(parts: Sequence[str]) -> int:
-    return sum(map(len, parts))
 
 
 def _names(scene: Scene) -> list[str]:
@@ -155,12 +153,11 @@ def _marked(part: PathPart) -> str:
 def _in_units(instruction: str) -> str:
     """The instruction with its lengths in metres and its times in timesteps behind them: "8 cm (0.08 m)"."""
 
-    def told(found: re.Match[str]) -> str:
-        value = float(found[1])
-        amount, unit = to_si(value, found[2])
+    def in_si(found: re.Match[str]) -> str:
+        amount, unit = to_si(float(found[1]), found[2])
         return f"{found[0]} ({amount:.4g} m)" if unit == "m" else f"{found[0]} ({amount * STEPS:.4g} timesteps)"
 
-    return _MEASURE.sub(told, instruction)
+    return _MEASURE.sub(in_si, instruction)
 
 
 def _trajectory_line(trajectory: Trajectory) -> str:

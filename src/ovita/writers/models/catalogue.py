@@ -108,12 +108,13 @@ def model_file(model: str) -> Path:
     if model.lower().endswith(".gguf") or os.sep in model:
         return Path(model).expanduser()
     here = present()
-    fits = [name for name in here if name == model] or [name for name in here if name.startswith(model)]
-    if len(fits) == 1:
-        return here[fits[0]]
-    if len(fits) > 1:
-        raise RequestError(f"{model!r} may be {' or '.join(fits)}; name one of them")
-    if any(known.name == model for known in KNOWN):
+    fits = [model] if model in here else [name for name in here if name.startswith(model)]
+    match fits:
+        case [name]:
+            return here[name]
+        case [_, *_]:
+            raise RequestError(f"{model!r} may be {' or '.join(fits)}; name one of them")
+    if model in [known.name for known in KNOWN]:
         raise RequestError(f"the model {model} is not here yet; get it with: ovita models pull {model}")
     known = ", ".join(here) or "none; see 'ovita models list'"
     raise RequestError(f"there is no local model {model!r}; here are {known}")
@@ -127,10 +128,9 @@ def add(name: str, file: str) -> Path:
     """
     if not _NAME.fullmatch(name) or name.endswith(".gguf"):
         raise RequestError(f"{name!r} cannot be a model's name; use small letters, digits, '.', '-' and '_'")
-    if any(known.name == name for known in KNOWN):
+    if name in [known.name for known in KNOWN]:
         raise RequestError(f"{name!r} is the name of a known model; choose another")
     path = Path(file).expanduser().absolute()
-
     check_file(path)
     register = _register()
     register["added"] = {**register["added"], name: str(path)}

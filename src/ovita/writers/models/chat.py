@@ -314,11 +314,9 @@ class ModelEndpoint:
             base_url = ollama_url(os.environ.get("OLLAMA_HOST", ""))
         if provider is None or not (model or provider == "compatible"):
             raise RequestError(f"{name!r} names no model; write PROVIDER:MODEL, such as openai:gpt-5 or ollama:qwen3")
-        if find_spec("pydantic_ai") is None:
-            raise MissingExtra("pydantic-ai-slim", "llm")
-        package = _PROVIDERS[provider][0]
-        if not _installed(package):
-            raise MissingExtra(package, "llm")
+        for module, package in (("pydantic_ai", "pydantic-ai-slim"), (_PROVIDERS[provider][0],) * 2):
+            if not _installed(module):
+                raise MissingExtra(package, "llm")
         return cls(provider, model, base_url, api_key)
 
     @property
@@ -482,32 +480,30 @@ def _diagnosis(error: Exception, endpoint: ModelEndpoint, key: str, tries: int) 
 def _http_diagnosis(error: ModelHTTPError, endpoint: ModelEndpoint, key: str, tries: int) -> tuple[WriterFailure, str]:
     from pydantic_ai import exceptions as failures
 
-    status, where = error.status_code, endpoint.address
+    status, where, instead = error.status_code, endpoint.address, f"or use {endpoint.instead}"
     times = "" if tries == 1 else f" {tries} times"
-    if isinstance(error, failures.ModelAuthenticationError) or status in (401, 403):
-        if key == NO_KEY:
-            return "no_access", f"{where} wants an API key ({status}): set {endpoint.key_variable}"
-        return "no_access", f"{where} refused the API key ({status}): check {endpoint.key_variable}"
-    if isinstance(error, failures.ModelNotFoundError) or status == 404:
-        meant = f"; did it mean {error.suggested_model_id}?" if error.suggested_model_id else ""
-        address = ", and that the address ends as the server wants it, often in /v1" if endpoint.base_url else ""
-        return "no_access", f"{where} knows no such model (404){meant}: check the model's name{address}"
-    if isinstance(error, failures.ModelQuotaExceededError):
-        sentence = f"the account at {where} has no quota left ({status}): check its plan, or use {endpoint.instead}"
-        return "no_access", sentence
-    if status == 429:
-        wait = f", and asks to wait {error.retry_after:.0f} s" if error.retry_after else ""
-        sentence = f"{where} limits the rate of requests (429){times}{wait}: try again later, or use {endpoint.instead}"
-        return "overloaded", sentence
-    if isinstance(error, failures.ModelContextWindowExceededError):
-        return "other", (
-            "the prompt is longer than this model can read: use a model, or a server setting, with a longer context"
-        )
-    if status >= 500:
-        return "overloaded", f"{where} failed{times} with status {status}: try again later, or use {endpoint.instead}"
+    refused, use = ("wants an API key", "set") if key == NO_KEY else ("refused the API key", "check")
+    guess = f"; did it mean {error.suggested_model_id}?" if error.suggested_model_id else ""
+    address = ", and that the address ends as the server wants it, often in /v1" if endpoint.base_url else ""
+    pause = f", and asks to wait {error.retry_after:.0f} s" if error.retry_after else ""
     detail = endpoint.scrubbed(_message(error.body), key)
-    about = f": {detail}" if detail else ""
-    return "other", f"{where} refused the request ({status}){about}; check the model's name and options"
+    rows: tuple[tuple[type[Exception] | tuple[()], bool, WriterFailure, str], ...] = (
+        (failures.ModelAuthenticationError, status in (401, 403), "no_access",
+         f"{where} {refused} ({status}): {use} {endpoint.key_variable}"),
+        (failures.ModelNotFoundError, status == 404, "no_access",
+         f"{where} knows no such model (404){guess}: check the model's name{address}"),
+        (failures.ModelQuotaExceededError, False, "no_access",
+         f"the account at {where} has no quota left ({status}): check its plan, {instead}"),
+        ((), status == 429, "overloaded",
+         f"{where} limits the rate of requests (429){times}{pause}: try again later, {instead}"),
+        (failures.ModelContextWindowExceededError, False, "other",
+         "the prompt is longer than this model can read: use a model, or a server setting, with a longer context"),
+        ((), status >= 500, "overloaded",
+         f"{where} failed{times} with status {status}: try again later, {instead}"),
+        (Exception, True, "other",
+         f"{where} refused the request ({status}){detail and ': '}{detail}; check the model's name and options"),
+    )  # fmt: skip
+    return next((failure, said) for kind, so, failure, said in rows if so or isinstance(error, kind))
 
 
 def _status(error: Exception) -> int:

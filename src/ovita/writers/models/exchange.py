@@ -9,14 +9,16 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError, WithJsonSchema, field_validator
 from pydantic_core import from_json
 
 from ovita.errors import RequestError, UnusableReply, WriterError
+from ovita.policy.reading import PYTHON, fenced
 from ovita.text import harmless
 from ovita.writers.base import Prompt, Reply, WriterInfo, WritingBudget
 
@@ -214,10 +216,8 @@ def _read(done: Exchange) -> Answer | None:
 
 # Reading answers
 
-_KEYS = ("code", "plan", "question", "not_understood")
-_PYTHON = ("", "python", "py", "python3")
+_KEYS = {"code", "plan", "question", "not_understood"}
 _NOTHING = frozenset({"", "none", "null", "nothing", "no", "n/a", "na", "-", "[]"})
-_FENCE = re.compile(r"[ \t]*(?:```|~~~)[ \t]*([\w+-]*)")
 _THOUGHTS = re.compile(r"<(think|thinking|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
 _MARKER = re.compile(r"^\s*(?:(?:step\s*)?\d+\s*[.):]|[-*•])\s+", re.IGNORECASE)
 _LABEL = re.compile(
@@ -321,28 +321,27 @@ def _plain(item: object) -> str:
 
 
 def _json_in(text: str, *, truncated: bool) -> dict[str, Any] | None:
+    found: dict[str, Any]
     decoder = json.JSONDecoder(strict=False)
-    for start in (match.start() for match in islice(re.finditer(r"\{\s*\"", text), 100)):
-        try:
-            found = decoder.raw_decode(text, start)[0]
-        except (json.JSONDecodeError, RecursionError):
-            continue
-        if isinstance(found, dict) and any(key in found for key in _KEYS):
-            return found
-    if truncated and text.startswith("{"):
-        try:
-            found = from_json(text, allow_partial=True)
-        except ValueError:
-            return None
-        if isinstance(found, dict) and isinstance(found.get("code"), list) and next(reversed(found)) == "code":
-            del found["code"]  # the list of its lines may lack some
-        return found if isinstance(found, dict) else None
-    return None
+    for match in islice(re.finditer(r"\{\s*\"", text), 100):
+        with suppress(json.JSONDecodeError, RecursionError):
+            found = decoder.raw_decode(text, match.start())[0]
+            if _KEYS & found.keys():
+                return found
+    if not truncated or not text.startswith("{"):
+        return None
+    try:
+        found = from_json(text, allow_partial=True)
+    except ValueError:
+        return None
+    if isinstance(found.get("code"), list) and next(reversed(found)) == "code":
+        del found["code"]  # the list of its lines may lack some
+    return found
 
 
 def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     code = _fenced(text, truncated=truncated) or ("" if truncated else _unfenced(text))
-    prose = _blocks(text)[1]
+    prose = fenced(text)[1]
     if truncated:
         prose = prose.rpartition("\n")[0]
     if code:
@@ -351,8 +350,8 @@ def _from_prose(text: str, *, truncated: bool) -> Answer | None:
     lead = [line for line in sections.get("", []) if _MARKER.match(line)]
     question = " ".join(sections.get("question", []))
     if not code and not question:
-        asked = [said for said in re.split(r"(?<=[.?!])\s|\n", prose) if said.endswith("?")]
-        question = asked[-1].strip() if asked else ""
+        asked = [sentence.strip() for sentence in re.split(r"(?<=[.?!])\s|\n", prose) if sentence.endswith("?")]
+        question = "".join(asked[-1:])
     return answer_from(
         {
             "plan": sections.get("plan") or lead,
@@ -366,46 +365,19 @@ def _from_prose(text: str, *, truncated: bool) -> Answer | None:
 
 
 def _fenced(text: str, *, truncated: bool = False) -> str:
-    """Return the block of code that looks most like a policy, or ""."""
-    blocks = [body for language, body in _blocks(text, truncated=truncated)[0] if language in _PYTHON]
+    """Return the block of code that looks most like a policy, or ""; an open one counts unless the text was cut off."""
+    found = [block for block in fenced(text)[0] if block.closed or not truncated]
+    blocks = [block.code for block in found if block.language in PYTHON]
     policies = [body for body in blocks if "def adapt" in body or "modified_trajectory" in body]
     return max(policies or blocks, key=len, default="").strip("\n").rstrip()
-
-
-def _blocks(text: str, *, truncated: bool = False) -> tuple[list[tuple[str, str]], str]:
-    """Split a text into its fenced blocks, each with its language, and the prose around them.
-
-    A last block that is never closed counts too, unless the text was cut off.
-    """
-    blocks: list[tuple[str, str]] = []
-    prose: list[str] = []
-    body: list[str] | None = None
-    language = ""
-    for line in text.split("\n"):
-        fence = _FENCE.match(line)
-        if body is None and fence:
-            body, language = [], fence[1].lower()
-            prose.append("Code:")
-        elif body is not None and fence and not fence[1]:
-            blocks.append((language, "\n".join(body)))
-            body = None
-        else:
-            (prose if body is None else body).append(line)
-    if body is not None and not truncated:
-        blocks.append((language, "\n".join(body)))
-    return blocks, "\n".join(prose)
 
 
 def _unfenced(text: str) -> str:
     match = _POLICY_START.search(text)
     if match is None:
         return ""
-    lines: list[str] = []
-    for line in text[match.start() :].split("\n"):
-        if _LABEL.match(line) or not _TOP_LEVEL_CODE.match(line):
-            break
-        lines.append(line)
-    return "\n".join(lines).rstrip()
+    lines = text[match.start() :].split("\n")
+    return "\n".join(takewhile(lambda line: _TOP_LEVEL_CODE.match(line) and not _LABEL.match(line), lines)).rstrip()
 
 
 def _sections(prose: str) -> dict[str, list[str]]:

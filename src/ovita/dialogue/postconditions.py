@@ -1,8 +1,8 @@
 """Postconditions over a conversation: what earlier turns promised is measured again after every later one.
 
-Only what a later turn can lose by accident stands: distances, sides, places passed, ends, speeds and their bounds; and
-for an edit by hand, which says nothing, also how far the path was to move. A turn that promises something of its own
-about the same object, end or speed replaces what stood before.
+Only what a later turn can lose by accident stays in force: distances, sides, places passed, ends, speeds and their
+bounds; and for an edit by hand, which says nothing, also how far the path was to move. A turn that promises something
+of its own about the same object, end or speed replaces what was in force.
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def lost(
     afresh: Sequence[Adaptation] | None = None,
     by_hand: bool = False,
 ) -> list[Loss]:
-    """The standing postconditions that held before a result and no longer do.
+    """The postconditions in force that held before a result and no longer do.
 
     Args:
         turns: The earlier turns in force, oldest first, without the one that the result is a correction of.
@@ -115,13 +115,13 @@ def lost(
         by_hand: Whether the result is an edit by hand.
     """
     found: list[Loss] = []
-    settled = {_subject(promise, by_hand) for promise in result.postconditions}
+    settled = {"", *(_subject(promise, by_hand) for promise in result.postconditions)}
     pairs = list(zip(turns, turns if afresh is None else afresh, strict=True))
     for ago, (turn, again) in enumerate(reversed(pairs), start=1):
         both = zip(turn.postconditions, again.postconditions, strict=False)
         mine = {_subject(was, by_hand): (was, now) for was, now in both if was.held and was.kind == now.kind}
-        for subject, (was, now) in mine.items():
-            if subject in settled or not subject or not _holds(was, turn, before, scene or result.scene, by_hand)[0]:
+        for was, now in [pair for subject, pair in mine.items() if subject not in settled]:
+            if not _holds(was, turn, before, scene or result.scene, by_hand)[0]:
                 continue
             held, outcome = _holds(now, again, result.adapted, result.scene, by_hand)
             if not held:
@@ -148,14 +148,15 @@ def _holds(
 
 
 def _subject(promise: Postcondition, by_hand: bool) -> str:
-    """What a postcondition is about, or "" if it does not stand."""
+    """What a postcondition is about, or "" if it does not stay in force."""
     if by_hand and promise.kind in _AMOUNTS:
         return f"{promise.kind} {promise.arguments}"
-    kind, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
-    bounds = [name for name in ("at_least", "at_most") if name in about]
+    subject, about = _SUBJECTS.get(promise.kind, ""), promise.arguments
     if promise.kind == "side":
-        axis = min(about["side"], OPPOSITE[about["side"]])
-        return f"side {axis} {about.get('object') or about.get('point')}"
-    if promise.kind == "speed" and bounds:
-        return f"speed {bounds}"
-    return f"{kind} {about.get('object') or about.get('point')}" if kind == "place" else kind
+        subject = f"side {min(about['side'], OPPOSITE[about['side']])}"
+    elif promise.kind == "speed":
+        bounds = [name for name in ("at_least", "at_most") if name in about]
+        return f"speed {bounds}" if bounds else subject
+    elif subject != "place":
+        return subject
+    return f"{subject} {about.get('object') or about.get('point')}"
