@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from ovita.cli.common import EXIT_NOTHING, literal, plain
+from ovita.cli.common import EXIT_NOTHING, EXIT_OF, literal, plain
 from ovita.cli.main import GuessingGroup
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
@@ -107,7 +107,7 @@ def run_command(
     memory_limit: int,
     kernel_alone: bool,
 ) -> None:
-    """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails.
+    """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails, 6 if a promise of one does not hold.
 
     OUT holds `adapted` ([[x, y, z, speed], ...]), `isolation` and `timings_ms`, and where a policy failed `error`
     with its kind, line and message.
@@ -122,8 +122,14 @@ def run_command(
         atomic_write(out, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for result in results:
         click.echo(plain(_report(result)))
+    raise SystemExit(_exit_code(results))
+
+
+def _exit_code(results: list[dict[str, Any]]) -> int:
     if any("error" in result for result in results):
-        raise SystemExit(EXIT_NOTHING)
+        return EXIT_NOTHING
+    kept = all(promise["held"] for result in results for promise in result["expectations"])
+    return EXIT_OF["done" if kept else "not_as_meant"]
 
 
 def _run_one(
