@@ -158,7 +158,7 @@ def _value(was: SemanticFrame, now: SemanticFrame, slot: str) -> float | None:
     if type(was) is not type(now) or was.part != now.part or getattr(was, "objects", ()) != getattr(now, "objects", ()):
         return None
     if isinstance(now, Shift) and slot not in now.quantities:
-        back = now.quantities.get(F.ENDS[slot])
+        back = now.quantities.get(F.OPPOSITES[slot])
         return None if back is None else -back.value
     q, old = now.quantities.get(slot), was.quantities.get(slot)
     return q.value if q is not None and old is not None and q.unit == old.unit else None

@@ -30,7 +30,7 @@ _PAIRS = (
     ("cw", "ccw"), ("faster", "slower"), ("closer", "farther"), ("rampup", "rampdown"), ("larger", "smaller"),
     ("more", "less"), ("toward", "away"), ("over", "under"), ("at_least", "at_most"),
 )  # fmt: skip
-OPPOSITE: dict[str, str] = {**F.ENDS, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
+OPPOSITE: dict[str, str] = {**F.OPPOSITES, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
 """Each direction, sense and change with its opposite."""
 
 _METRES, _FACTORS, _COUNTS = ("m", ""), ("%", "x", ""), ("turns", "")
@@ -429,7 +429,7 @@ def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
 
 
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
-    if edit.on in F.ENDS:
+    if edit.on in F.OPPOSITES:
         without = [_without(frame, edit.on) for frame in frames]
         return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
     return tuple(f for f in frames if edit.on and not is_called(f, edit.on))

@@ -18,7 +18,7 @@ Span: TypeAlias = tuple[int, int]
 """First character and one past the last of a phrase in the utterance."""
 
 Direction = Literal["left", "right", "front", "back", "up", "down", "x", "-x", "y", "-y", "z", "-z"]
-ENDS: dict[str, Direction] = {
+OPPOSITES: dict[str, Direction] = {
     "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
     "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
 }  # fmt: skip
@@ -29,7 +29,9 @@ End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
 Axis = Literal["left", "front", "up", "x", "y", "z"]
 Aim = Literal["", "top", "surface", "beside", "above", "below", "behind"]
-"""What of an object is meant where a path ends, goes or waits there: as usual, on its top, or touching it."""
+"""Where at an object a path ends, passes or waits: "" its centre, the usual; "top" right on top of it; "surface" where
+it is nearest to the path, so that it is touched; "beside" a little off the side that faces the path; "above", "below"
+and "behind" a little off it in that direction."""
 
 
 @dataclass(frozen=True)
@@ -539,7 +541,7 @@ def _forward(offset: Offset) -> Offset:
     for direction, quantity in offset:
         if quantity is not None and quantity.value < 0:
             quantity = replace(quantity, value=-quantity.value)
-            direction = ENDS[direction]
+            direction = OPPOSITES[direction]
         found.append((direction, quantity))
     return tuple(found)
 
