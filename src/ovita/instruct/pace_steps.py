@@ -124,13 +124,13 @@ def _constant(s: _Speed) -> None:
 
 def _bound(s: _Speed) -> None:
     if s.frame.change == "cap":
-        key, which, whole, within = "at_most", "highest", float(s.chosen.max()), np.less_equal
+        key, which, sign, whole = "at_most", "highest", 1.0, float(s.chosen.max())
     else:
-        key, which, whole, within = "at_least", "lowest", s.mean, np.greater_equal
+        key, which, sign, whole = "at_least", "lowest", -1.0, s.mean
     value = short(s.value(whole))
     if value <= 0 and s.frame.change == "cap":
         s.builder.ask(STANDSTILL)
-    holds = bool(within(s.chosen[s.chosen > 0], value).all())
+    holds = bool((sign * s.chosen[s.chosen > 0] <= sign * value).all())
     name = s.builder.knob("limit", value, cast(Role, key), f"{which} speed", "amount", unit="m/s")
     plan, promise = f"Keep the speed {key.replace('_', ' ')} {value:g} m/s", f"expect_speed({key}={name}{s.argument})"
     s.add(f"bound_speed(traj, {key}={name}{s.argument})", plan, promise, holds=holds)
