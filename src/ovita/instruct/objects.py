@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.lexicon import NUMBER_WORDS, concept_at, is_filler
+from ovita.instruct.lexicon import NUMBER_WORDS, concept_at, is_filler, terms
 from ovita.limits.problem import is_support
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
@@ -20,6 +20,9 @@ WORD = re.compile(
 
 NAMED = 5
 """Words of a name whose last word, or others, may stand for it; what is longer is a text, known by all of it."""
+
+NICKNAMED = 3
+"""Words of a name whose single words may stand for it."""
 
 SKIPPED = frozenset("the a an this that these those of our my".split())
 SAME: tuple[frozenset[str], ...] = tuple(
@@ -156,6 +159,18 @@ class Catalog:
         self.traits = traits(scene, self.words)
         known = set().union(*self.traits.values()) if self.traits else set()
         self.vocabulary = known | {other for same in SAME if same & known for other in same}
+
+    def add_nicknames(self) -> None:
+        """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""
+        owners: dict[str, list[SceneObject]] = {}
+        for item in self.scene:
+            words = self.words[item.name]
+            for word in words[:-1] if len(words) <= NICKNAMED else ():
+                owners.setdefault(word, []).append(item)
+        for word, items in owners.items():
+            plain = len(word) > 2 and word != "and" and (word,) not in terms()
+            if len(items) == 1 and plain:
+                self.names.setdefault((word,), items[0])
 
     def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
         """The objects that the words from i on mean, or None.

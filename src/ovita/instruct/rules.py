@@ -199,7 +199,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Clause:
+class ReadClause:
     """What stands in a sentence for one frame.
 
     Args:
@@ -371,9 +371,9 @@ def _stretch(spoken: Sequence[Chunk], items: Sequence[Chunk], opening: str, begi
     return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
 
 
-def _cut(pieces: Sequence[Stretch]) -> list[Clause]:
+def _cut(pieces: Sequence[Stretch]) -> list[ReadClause]:
     """The cheapest way to cut the pieces into clauses."""
-    best: list[tuple[float, list[Clause]]] = [(0.0, [])]
+    best: list[tuple[float, list[ReadClause]]] = [(0.0, [])]
     for end in range(1, len(pieces) + 1):
         options = []
         for begin in range(max(0, end - LONGEST), end):
@@ -397,13 +397,13 @@ def _joint(span: Sequence[Stretch]) -> float:
     return Cost.JOINT * (len(span) - 1) + Cost.VERB * (verbs + apart)
 
 
-def _complete(clause: Clause) -> bool:
+def _complete(clause: ReadClause) -> bool:
     """Whether a piece says by itself all that it is about."""
     whole = clause.match is not None and not (clause.match.unread or clause.match.missing)
     return whole and any(c.kind in PLACING | {"obj", "end"} for c in clause.items)
 
 
-def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Clause:
+def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
     """The best reading of a clause, or that it asks for nothing."""
     kinds = frozenset(c.kind for c in items)
     found = [m for row in ROWS if (m := match(row, items, kinds)) is not None]
@@ -415,9 +415,9 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Clause:
     least = min(aside, asking)
     if best is None or best.cost >= least + Cost.CLEARER:
         ignored = (aside < asking or not asking) and not any(map(_orders, span))
-        return Clause(None, items, least, span[0].opening, ignored)
+        return ReadClause(None, items, least, span[0].opening, ignored)
     told = len(span) == 1 and _tells(span[0])
-    return Clause(best, items, best.cost, span[0].opening, telling=told, words=span[0].words)
+    return ReadClause(best, items, best.cost, span[0].opening, telling=told, words=span[0].words)
 
 
 def _orders(piece: Stretch) -> bool:
@@ -495,7 +495,7 @@ def _weight(item: Chunk) -> float:
     return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
 
 
-class _Reader:
+class _ClauseReader:
     """Reads clauses one after the other; what one leaves open is taken from those before it."""
 
     def __init__(self, earlier: Sequence[F.SemanticFrame]) -> None:
@@ -505,9 +505,9 @@ class _Reader:
         self.aside: list[str] = []
         self.question = ""
         self.asked: tuple[str, ...] = ()
-        self.before: Clause | None = None
+        self.before: ReadClause | None = None
 
-    def take(self, clause: Clause) -> None:
+    def take(self, clause: ReadClause) -> None:
         """Read a clause."""
         left = clause.match.unread if clause.match else clause.items
         words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
@@ -524,7 +524,7 @@ class _Reader:
         if clause.match is not None:
             self.fill(clause, clause.match)
 
-    def fill(self, clause: Clause, match: Match) -> None:
+    def fill(self, clause: ReadClause, match: Match) -> None:
         """Add the frame of a clause, or ask for what it leaves open."""
         slots, open_ = _inherited(match, [*self.earlier, *self.made])
         if open_:
@@ -538,9 +538,9 @@ class _Reader:
         self.made, self.before = added(self.made, frame), clause
 
 
-def _reading(clauses: Sequence[Clause], notes: tuple[str, ...], earlier: Sequence[F.SemanticFrame]) -> F.Reading:
+def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Sequence[F.SemanticFrame]) -> F.Reading:
     """What clauses ask for."""
-    it = _Reader(earlier)
+    it = _ClauseReader(earlier)
     for clause in clauses:
         it.take(clause)
     radius = next((c.number.value for clause in clauses for c in clause.items if c.kind == "threshold" and c.q), None)
@@ -552,7 +552,7 @@ def _reading(clauses: Sequence[Clause], notes: tuple[str, ...], earlier: Sequenc
 
 
 def _after(
-    frame: F.SemanticFrame, clause: Clause, before: Clause | None, made: Sequence[F.SemanticFrame]
+    frame: F.SemanticFrame, clause: ReadClause, before: ReadClause | None, made: Sequence[F.SemanticFrame]
 ) -> F.SemanticFrame:
     """A frame with what its clause takes from the one before: its part of the path, its end, or where it waits."""
     if before is None or not made:
@@ -566,7 +566,7 @@ def _after(
     return afterwards(made[-1], frame) if then else frame
 
 
-def _only(clause: Clause, made: Sequence[F.SemanticFrame]) -> PathPart:
+def _only(clause: ReadClause, made: Sequence[F.SemanticFrame]) -> PathPart:
     """The part to which a clause confines what was asked for before it: "only between the cup and the box"."""
     kinds = {c.kind for c in clause.items}
     if "only" not in kinds or not made or made[-1].part or not kinds <= PLACING | FREE | {"obj", "only", "end"}:
@@ -581,7 +581,7 @@ def _which(choice: Chunk) -> str:
     return f"Which {what}: {', '.join(names[:-1])} or {names[-1]}?" if names else f"Which {what} is meant?"
 
 
-def _leads(clause: Clause) -> bool:
+def _leads(clause: ReadClause) -> bool:
     """Whether a clause opens with the part of the path that it is about."""
     opening = clause.items[0]
     return opening.kind in ("part", "point", "pair", "within_of") or (
