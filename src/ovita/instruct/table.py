@@ -394,7 +394,6 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("skim obj:over,along,by, !never",), {"objects": objects("over", "along", "by", "")}, {"relation": "over", "degree": "slight"}, ("objects",), "skim over pass", 0.0, takes_part=False),
     Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, takes_part=False),
     Row(F.Visit, ("obj:thru,touch",), {"objects": objects("thru", "touch", "", "at")}, {}, ("objects",), "touch pass", 0.3, takes_part=False),
-    Row(F.Visit, ("obj:thru,touch",), {}, {}, ("objects",), "touch pass", 0.3, takes_part=False),
     Row(F.Visit, ("pair !only",), {"objects": pair}, {"relation": "between"}, ("objects",), "thru touch pass gap middle around", 0.35, takes_part=False),
     Row(F.Shift, ("raise|lower|drop|up|down Qm:by obj:over !at_least|at_most",), {"offset": offset}, {}, ("offset",), "height path whole", 0.0),
     Row(F.Visit, ("obj:over !slight|large", "over obj !slight|large"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther distance gap", 0.1, takes_part=False),
@@ -437,7 +436,6 @@ ROWS: tuple[Row, ...] = (
     Row(F.StopAt, ("short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short")}, {}, (), "short stop end there", -0.1, takes_part=False),
     Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, takes_part=False),
     Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": _waiting}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, takes_part=False),
-    Row(F.Wait, ("wait there",), {"duration": amount("Qs", "Qstep")}, {}, ("place",), "wait stop there then_on", 0.2, takes_part=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, takes_part=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, takes_part=False),
     # ends and waypoints
