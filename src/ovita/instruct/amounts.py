@@ -188,7 +188,7 @@ def amounts(said: Remark) -> Iterator[Candidate]:
 
 
 def _signs(said: Remark, sized: Sequence[int]) -> dict[int, tuple[int, tuple[Phrase, ...]]]:
-    """Of which frames more (1) or less (-1) is wanted, and the words that say so; of all where no word says of which."""
+    """Of which frames more (1) or less (-1) is wanted, with the words for it; of all where no word says of which."""
     signs = {i: sensed for i in sized if (sensed := _sensed(said, said.before[i]))}
     generic = -1 if said.cued("less") else 1 if said.cued("more", "weak") else 0
     return signs or ({i: (generic, ()) for i in sized} if generic else {})

@@ -381,9 +381,7 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "within_of" if chunk.names:
             return _either(chunk.names, chunk.q.value if chunk.q else None)
         case "end":
-            of, point = chunk.value[0], {"goal", "point", "target", "destination"} & {*chunk.text.lower().split()}
-            amount = 1 if any_preposition and not chunk.value[1] and point else None  # "all but the goal"
-            return None if of == "ends" else PathPart("first" if of == "start" else "last", amount=amount)
+            return _at_end(chunk, alone=any_preposition and not chunk.value[1])
         case "obj" if chunk.text.lower().startswith("up to "):
             return PathPart("before", chunk.names[:1])
         case "obj" if any_preposition or chunk.value in NEARBY:
@@ -391,6 +389,13 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "halfway":
             return PathPart("middle")
     return None
+
+
+def _at_end(chunk: Chunk, *, alone: bool) -> PathPart | None:
+    """The stretch at an end; of "all but the goal" that point alone."""
+    end, point = chunk.value[0], {"goal", "point", "target", "destination"} & {*chunk.text.lower().split()}
+    kind = {"start": "first", "ends": ""}.get(end, "last")
+    return PathPart(kind, amount=1 if alone and point else None) if kind else None
 
 
 NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "over", "with", "for"})

@@ -389,34 +389,28 @@ def heading(piece: Phrase) -> str:
 def senses_of(frame: F.SemanticFrame) -> set[str]:
     """What more of a frame is more of."""
     found = {"more", *directions_of(frame)}
-    if getattr(frame, "offset", ()):
-        found.add("farther")
+    found |= {"farther"} if getattr(frame, "offset", ()) else set()
     match frame:
-        case F.Pace(factor=float() as factor):
-            found.add("slower" if factor < 1 else "faster")
-        case F.Pace(change="slower" | "rampdown" | "turns"):
-            found.add("slower")
         case F.Pace():
-            found.add("faster")
+            slower = frame.change in ("slower", "rampdown", "turns") if frame.factor is None else frame.factor < 1
+            found.add("slower" if slower else "faster")
         case F.Approach(sense=sense):
             found.add(sense)
         case F.Clearance(distance=F.Quantity(role=role)):
             found.add("closer" if role == "at_most" else "farther")
-        case F.Wait():
-            found.add("longer")
-        case F.Hop() | F.Hover() | F.Height():
-            found.add("up")
         case F.Resize(change="smaller"):
             found |= {"less", "smaller"}
-        case F.MoveEnd(relation="toward"):
-            found.add("closer")
-        case F.MoveEnd(relation="away"):
-            found.add("farther")
+        case F.MoveEnd(relation="toward" | "away" as way):
+            found.add("closer" if way == "toward" else "farther")
         case F.Curve(change=change):
-            found |= {"bent"} if change == "more" else {"straight"}
-        case F.Figure() | F.Resize():
-            found.add("larger")
-    return found
+            found.add("bent" if change == "more" else "straight")
+    return found | _GROWING.get(type(frame), set()) - ({"larger"} if "smaller" in found else set())
+
+
+_GROWING: dict[type[F.SemanticFrame], set[str]] = {
+    F.Wait: {"longer"}, F.Hop: {"up"}, F.Hover: {"up"}, F.Height: {"up"}, F.Figure: {"larger"}, F.Resize: {"larger"},
+}  # fmt: skip
+"""What more of a frame is, whatever it says."""
 
 
 ACTING = frozenset(
