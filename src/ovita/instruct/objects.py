@@ -187,11 +187,16 @@ class Catalog:
             same = self._named(words, i + 1) if words[i] in SKIPPED else None
             longer = same is not None and same.used + 1 >= described.used
             return replace(same, used=same.used + 1) if same and longer else described  # the second bracket, by name
+        items = self._pronoun(words, i, earlier)
+        return Mention(items, 1) if items else None
+
+    def _pronoun(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
+        """What was named last, for "near it"; all that may be in the way, for "away from everything"; or ()."""
         before = words[i - 1] if i else ""
-        if words[i] in ("it", "them") and earlier and (before in BEFORE_IT or " ".join(words[i - 2 : i]) in OF_IT):
-            return Mention(earlier, 1)
-        everything = words[i] in ("everything", "anything") and before in ("from", "near", "than") and self.things
-        return Mention(self.things, 1) if everything else None
+        if words[i] in ("it", "them"):
+            return earlier if before in BEFORE_IT or " ".join(words[i - 2 : i]) in OF_IT else ()
+        everything = words[i] in ("everything", "anything") and before in ("from", "near", "than")
+        return self.things if everything else ()
 
     def _named(self, words: Sequence[str], i: int) -> Mention | None:
         best: Mention | None = None
@@ -213,19 +218,20 @@ class Catalog:
         items = reader.read()
         if items is None:
             return None
+        items = self._picked(reader, items, earlier)
+        wanted = reader.expected if reader.expected is not None or reader.many else 1
+        unclear = not items or (wanted is not None and len(items) != wanted)
+        return Mention(tuple(items), reader.at - i, unclear)
+
+    def _picked(self, reader: _Phrase, items: list[SceneObject], earlier: tuple[SceneObject, ...]) -> list[SceneObject]:
+        """Of the objects that fit a noun phrase: the others, the nearest or tallest, the second one."""
         if reader.other:
-            items = [item for item in items if not any(item is e for e in earlier)]
+            items = [item for item in items if not any(item is known for known in earlier)]
         if reader.key is not None and items:
             items = [max(items, key=reader.key)]
-        if reader.ordinal is not None and items:
-            ordered = sorted(items, key=self._along)
-            items = ordered[reader.ordinal : reader.ordinal + 1 or None] if ordered else []
-        used = reader.at - i
-        if reader.expected is not None and len(items) != reader.expected:
-            return Mention(tuple(items), used, unclear=True)
-        if not reader.many and len(items) != 1:
-            return Mention(tuple(items), used, unclear=True)
-        return Mention(tuple(items), used) if items else Mention((), used, unclear=True)
+        if reader.ordinal is not None:
+            items = sorted(items, key=self._along)[reader.ordinal : reader.ordinal + 1 or None]
+        return items
 
     def _along(self, item: SceneObject) -> float:
         return 0.0 if self.path is None else float(np.argmin(item.distance(self.path)))
