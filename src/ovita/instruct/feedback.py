@@ -155,7 +155,7 @@ COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain":
 
 def _commands(said: Remark) -> Iterator[Candidate]:
     for command, prior in COMMANDS.items():
-        pieces = said.cued(command)
+        pieces: Sequence[Phrase] = said.cued(command)
         if command == "redo" and not said.before:
             pieces, prior = said.cued("redo", "undo"), prior + 2.0
         elif command in _FOR:

@@ -474,9 +474,8 @@ def _plain(frame: SemanticFrame) -> SemanticFrame:
 
 def _size_factor(by: Quantity, change: str) -> float:
     """How many times as large "20 % larger", "half the size" and "3 times smaller" make the path."""
-    factor = by.value
-    if by.unit == "%" and change:
-        factor = 1 - by.value if change == "smaller" else 1 + by.value
+    grown = {"": by.value, "smaller": 1 - by.value}.get(change, 1 + by.value)
+    factor = grown if by.unit == "%" else by.value
     return 1 / factor if change == "smaller" and factor > 1 else factor
 
 
@@ -577,9 +576,7 @@ def _rounded(frame: SemanticFrame) -> SemanticFrame:
             unit = value.unit if slot.name in _COUNTS else value.unit or _implied_unit(frame.NAME, slot.name)
             changed[slot.name] = Quantity(_six(value.value) or 0.0, unit, value.role)
         elif slot.name == "offset":
-            changed["offset"] = tuple(
-                (way, None if q is None else Quantity(_six(q.value) or 0.0, q.unit or "m")) for way, q in value
-            )
+            changed["offset"] = tuple((way, q and Quantity(_six(q.value) or 0.0, q.unit or "m")) for way, q in value)
     return replace(frame, **changed)
 
 

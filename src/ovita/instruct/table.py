@@ -131,7 +131,7 @@ def _possible(call: str, kinds: frozenset[str]) -> bool:
 
 def _filled(row: Row, clause: Constituents) -> Match | None:
     """A row with its slots filled from a clause; None where they do not go together."""
-    slots: dict[str, Any] | None = dict(row.fixed)
+    slots: dict[str, Any] = dict(row.fixed)
     for name, filler in row.slots.items():
         value = filler(clause)
         if value not in (None, ()) and not slots.get(name):
@@ -143,13 +143,13 @@ def _filled(row: Row, clause: Constituents) -> Match | None:
     clause.every(*row.also.split())
     if not clause.has("Qn", "inc", "dec", "more", "less", "double", "halve"):
         clause.every("waypoints")  # the path by another name
-    slots = slots if row.check is None else row.check(slots)
-    if slots is None:
+    checked = slots if row.check is None else row.check(slots)
+    if checked is None:
         return None
-    missing = tuple(name for name in row.needs if not slots.get(name))
+    missing = tuple(name for name in row.needs if not checked.get(name))
     unread = tuple(c for c in clause.left() if c.kind not in FREE)
     cost = sum(MILD.get(c.kind, CONTENT) for c in unread) + MISSING * len(missing) + OF_A_ROW + row.rank
-    return Match(row, slots, missing, unread, cost)
+    return Match(row, checked, missing, unread, cost)
 
 
 def _degree(clause: Constituents, *, drawn: bool) -> str | None:
