@@ -104,21 +104,26 @@ def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     assert piece.number is not None
     unit, only = piece.number.unit, _counted(piece, said)
-    around = [p for p in said.active if p.clause == piece.clause] if unit else said.active
-    named = {NAMED.get(c) for p in around for c in p.cues} | {SENSES.get(p.concept) for p in around}
+    named = _named_slots(piece, said)
     best: tuple[float, int, str] | None = None
     for i in said.targets:
         held = said.before[i].quantities
-        known = [slot for slot in slots(said.before[i]) if only in (None, slot)]
-        for slot in known:
+        for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
+            if only not in (None, slot):
+                continue
             if slot in held and _surely(unit, slot, held[slot].unit):
                 return i, slot
-        for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
             score = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
-            fits = slot in known and unit in units and not _another_measure(unit, held.get(slot))
+            fits = unit in units and not _another_measure(unit, held.get(slot))
             if fits and (best is None or score > best[0]):
                 best = score, i, slot
     return best and best[1:]
+
+
+def _named_slots(piece: Phrase, said: Remark) -> set[str | None]:
+    """The slots that the words beside a number name; those of all clauses where it has no unit."""
+    around = [p for p in said.active if p.clause == piece.clause or not (piece.number and piece.number.unit)]
+    return {NAMED.get(cue) for p in around for cue in p.cues} | {SENSES.get(p.concept) for p in around}
 
 
 def _surely(unit: str, slot: str, had: str) -> bool:

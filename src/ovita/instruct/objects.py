@@ -47,15 +47,18 @@ def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[
         subject, colon, told = line.partition(":")
         named = _named_in(_words_of(subject), scene, words) if colon else []
         if len(named) == 1:
-            found[named[0].name] |= {w for w in _words_of(told) if len(w) > 2 and _describes(w)}
+            found[named[0].name] |= _traits_of(_words_of(told))
             continue
         for phrase in re.split(r"[.;,]|\band (?=the )|\bwhile\b|\bwhereas\b", line):
             pieces = _words_of(phrase)
             about = _named_in(pieces, scene, words)
             if len(about) == 1:
-                told_here = _said_of(pieces, pieces.index(words[about[0].name][-1]))
-                found[about[0].name] |= {w for w in told_here if len(w) > 2 and _describes(w)}
+                found[about[0].name] |= _traits_of(_said_of(pieces, pieces.index(words[about[0].name][-1])))
     return {name: told - set(words[name][-1:]) for name, told in found.items()}
+
+
+def _traits_of(words: Sequence[str]) -> set[str]:
+    return {word for word in words if len(word) > 2 and _describes(word)}
 
 
 def _words_of(text: str) -> list[str]:
@@ -149,16 +152,20 @@ class Catalog:
         for item in scene:
             if len(self.words[item.name]) <= NAMED:
                 self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
-        self.names = {self.words[item.name]: item for item in scene if self.words[item.name]}
-        for words, item in list(self.names.items()):
-            self.names.setdefault(("".join(words),), item)  # "toolbox" for a tool box
+        self.names = self._all_names()
+        self.longest = max((len(name) for name in self.names), default=0)
+        self.traits = traits(scene, self.words)
+        known = set().union(*self.traits.values())
+        self.vocabulary = known | {other for same in SAME if same & known for other in same}
+
+    def _all_names(self) -> dict[tuple[str, ...], SceneObject]:
+        """The objects by their names, by these in one word ("toolbox"), and by a last word that only one has."""
+        names = {self.words[item.name]: item for item in self.scene if self.words[item.name]}
+        names = {("".join(words),): item for words, item in names.items()} | names
         for head, items in self.heads.items():
             if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):
-                self.names.setdefault((head,), items[0])
-        self.longest = max((len(n) for n in self.names), default=0)
-        self.traits = traits(scene, self.words)
-        known = set().union(*self.traits.values()) if self.traits else set()
-        self.vocabulary = known | {other for same in SAME if same & known for other in same}
+                names.setdefault((head,), items[0])
+        return names
 
     def add_nicknames(self) -> None:
         """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""
@@ -333,15 +340,15 @@ class _Phrase:
         self.skip()
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
-        generic, told = noun in GENERIC, self._told()
-        if not (generic or self.catalog.heads.get(noun)) or (noun == "one" and not told):
+        told = self._told()
+        of_kind = self.catalog.things if noun in GENERIC else self.catalog.heads.get(noun, ())
+        if (noun not in GENERIC and not of_kind) or (noun == "one" and not told):
             return None
         self.at += 1
         self._behind()
         self.many = self.many or plural
-        items = self.catalog.things if generic else self.catalog.heads[noun]
-        items = [item for item in items if all(self.catalog.fits(item, trait) for trait in self.traits)]
-        mere = not (generic or quantified or plural or told or self._told())
+        items = [item for item in of_kind if all(self.catalog.fits(item, trait) for trait in self.traits)]
+        mere = not (noun in GENERIC or quantified or plural or told or self._told())
         return None if mere and len(items) == 1 else items
 
     def _told(self) -> bool:
