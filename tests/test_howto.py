@@ -73,7 +73,7 @@ def ros_path():
 
 
 def test_every_question_of_a_newcomer_has_an_answer():
-    assert len(ANSWERS) == 14
+    assert len(ANSWERS) == 15
     assert all(BLOCK.search(text) for text in ANSWERS.values())
     tests = dict(re.findall(r"^\| \[(.*?)\]\(#.*?\) \| `(test_\w+)` \|$", PAGE, re.MULTILINE))
     assert list(tests) == list(ANSWERS)
@@ -132,6 +132,11 @@ def test_own_operation(bench):
     waved = np.array(json.loads(Path("waved.json").read_text())["adapted"])
     moved = waved[:, 2] - ov.load("scene.json").trajectory.positions[:, 2]
     assert 0.04 < np.abs(moved).max() <= 0.05 + 1e-9
+
+
+def test_own_policy(bench):
+    (outcome,) = answered("Run a policy that I wrote")["outcomes"]
+    assert outcome.held, outcome.sentence
 
 
 def test_ros_node(bench):

@@ -86,7 +86,7 @@ def test_the_example_adds_one_of_each_kind(example):
 
 def test_a_writer_and_an_operation_that_runs_in_the_sandbox(example):
     task = ov.load(example / "scene.json")
-    result = ov.adapt(task, "over the cup", writer="acme:0.25")
+    result = ov.adapt(task, "bow to the audience", writer="acme:0.25")
     assert result.status == "done" and result.writer.kind == "acme", result.message
     assert result.adapted.positions[:, 2].max() == pytest.approx(0.55, abs=1e-6)
     assert result.timings_ms and [p.name for p in result.parameters] == ["height"]
@@ -96,14 +96,14 @@ def test_a_writer_and_an_operation_that_runs_in_the_sandbox(example):
 
 
 def test_an_operation_is_known_to_prompts_to_the_check_and_to_the_catalogue(example):
-    from ovita.toolkit import arc_over
+    from ovita.toolkit import acme_bow
     from ovita.writers.examples import functions_like
 
-    assert arc_over(np.array(SCENE["trajectory"]), [0.5, 0.3, 0.3], 0.1)[:, 2].max() == pytest.approx(0.4)
-    assert "arc_over" in functions_like("arc over the object, metres above its centre", 5)
-    shown = command_line.ovita("policy", "catalogue", "arc_over")
-    assert shown.returncode == 0 and "metres above its centre" in shown.stdout
-    assert "arc_over" not in command_line.process("policy", "catalogue", "--markdown").stdout
+    assert acme_bow(np.array(SCENE["trajectory"]), 0.1)[:, 2].max() == pytest.approx(0.4)
+    assert "acme_bow" in functions_like("bow upwards, metres in the middle", 5)
+    shown = command_line.ovita("policy", "catalogue", "acme_bow")
+    assert shown.returncode == 0 and "metres in its middle" in shown.stdout
+    assert "acme_bow" not in command_line.process("policy", "catalogue", "--markdown").stdout
 
 
 def test_a_robot_a_format_and_a_planner(example):

@@ -104,6 +104,7 @@ def test_run_says_which_promises_hold(files):
     )
     (files / "two.py").write_text(source)
     result = invoke("run", files / "two.py", "--scene", files / "scene.json", "--out", files / "out.json")
+    assert result.exit_code == 6, "a promise that does not hold is not as meant"
     assert "  held: the path moves 0.2 m left (" in result.output
     assert "  NOT held: the start stays where it was (the start is 0.200 m from the old start)" in result.output
     assert [e["held"] for e in json.loads((files / "out.json").read_text())["expectations"]] == [True, False]

@@ -3,13 +3,14 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ovita.toolkit
 from ovita.paths.scene import DIRECTIONS, RFU, Frame
-from ovita.toolkit import CATALOGUE, Recorder, describe, namespace
+from ovita.toolkit import CATALOGUE, Recorder, approach, catalogue, describe, expect_side, judge, namespace
 from ovita.toolkit.arguments import Offset, OffsetLimits
 from ovita.toolkit.catalogue import HIDDEN, as_text, core_names, operation, reference, signature
 
@@ -62,6 +63,21 @@ def test_an_operation_is_entered_once_in_a_known_group():
         operation("Dance")
     with pytest.raises(ValueError, match="already has an operation 'move'"):
         operation("Speed")(CATALOGUE["move"])
+
+
+def test_the_recipe_of_contributing_makes_an_operation_that_keeps_its_promise(line, cup, scene):
+    recipe = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    code = re.search(r"```python\n(.*?)```", recipe, re.DOTALL)[1]
+    try:
+        exec(code, names := dict(vars(approach)))
+        (entry,) = reference(["arc_over"])
+        out = names["arc_over"](line, cup, 0.1)
+    finally:
+        catalogue._withdraw({"arc_over"})
+    assert all(entry.parameters.values()) and "level part" in entry.summary
+    assert np.array_equal(out[[0, -1]], line[[0, -1]])
+    outcome = judge(expect_side("above", 0.1, of=cup, within=0.02), line, out, scene)
+    assert outcome.held, outcome.sentence
 
 
 def test_a_call_that_does_not_fit_shows_the_whole_signature():

@@ -1,13 +1,16 @@
+from importlib.resources import files
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from toolkit_paths import amounts, modest, paths, paths_and_masks, points
 
+import ovita as ov
 from ovita.paths.geometry import turning_angles
 from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.toolkit import Recorder, circle, figure_eight, hop, hover, noise, spiral, wave, zigzag
+from ovita.toolkit import Recorder, circle, expect_side, figure_eight, hop, hover, judge, noise, spiral, wave, zigzag
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 
@@ -296,6 +299,18 @@ def test_a_jump_is_highest_above_the_object_and_local(line, cup):
     above = np.add(line, [0, 0, 1, 0])
     assert (hop(above, cup, 0.1)[:, 2] == 1).all()
     assert hop(line, cup, 0.1, frame=Frame("ned"))[10, 2] == pytest.approx(-0.15)
+
+
+@pytest.mark.parametrize("name", ["cup", "bottle", "box"])
+@pytest.mark.parametrize("height", [0.05, 0.1, 0.2])
+def test_a_jump_beside_an_end_of_the_path_clears_its_height(name, height):
+    """Over the cup of the shipped scene, beside the path's start, it had cleared 0.085 of 0.1 m."""
+    task = ov.load(files("ovita") / "data" / "tabletop.json")
+    rows, item = task.trajectory.to_array(), task.scene[name]
+    out = hop(rows, item, height, frame=task.scene.frame)
+    outcome = judge(expect_side("above", height, of=item, within=0.02), rows, out, task.scene)
+    assert outcome.held, outcome.sentence
+    assert np.array_equal(out[[0, -1]], rows[[0, -1]])
 
 
 def test_a_jump_of_sparse_waypoints_inserts_some(line, cup):

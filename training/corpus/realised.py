@@ -128,7 +128,7 @@ def _placed(
         way = 1.0 if same_side or i % 2 else -1.0
         for frame in frames:
             if isinstance(frame, F.Side) and name in frame.objects:
-                side = Scene().frame.direction(frame.direction) if frame.direction in F.ENDS else aside
+                side = Scene().frame.direction(frame.direction) if frame.direction in F.OPPOSITES else aside
                 way = 1.0 if aside @ side > 0 else -1.0
         kind = kind_of(name)
         edges = np.array(SIZES.get(kind.name if kind else "", (0.5, 0.5, 0.5)))
@@ -192,15 +192,15 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
     rest = [name for name in objects if name not in frame.named]
     match frame:
         case F.Shift(offset=offset) | F.Extend(offset=offset) | F.Bound(offset=offset) if offset:
-            return replace(frame, offset=tuple((F.ENDS[word], q) for word, q in offset))
+            return replace(frame, offset=tuple((F.OPPOSITES[word], q) for word, q in offset))
         case F.MoveEnd(relation="", offset=offset):
-            return replace(frame, offset=tuple((F.ENDS[word], q) for word, q in offset))
+            return replace(frame, offset=tuple((F.OPPOSITES[word], q) for word, q in offset))
         case F.MoveEnd(relation="toward" | "away" as way):
             return replace(frame, relation="away" if way == "toward" else "toward")
         case F.Approach(sense=sense):
             return replace(frame, sense="farther" if sense == "closer" else "closer")
         case F.Side(direction=direction):
-            return replace(frame, direction=F.ENDS[direction])
+            return replace(frame, direction=F.OPPOSITES[direction])
         case F.Pace(change=change) if change in _PACES:
             q = frame.amount
             inverse = q if q is None or q.role == "by" else replace(q, value=2 * q.value)
@@ -261,7 +261,7 @@ def _inverse(frame: F.SemanticFrame) -> F.SemanticFrame:
         case F.Mirror(axis=axis):
             return replace(frame, axis="up" if axis in ("left", "front", "x", "y") else "left")
         case F.Tilt(direction=direction):
-            return replace(frame, direction=F.ENDS[direction])
+            return replace(frame, direction=F.OPPOSITES[direction])
         case F.Quadrant(number=number):
             return replace(frame, number=(number + 1) % 4 + 1)
     return frame

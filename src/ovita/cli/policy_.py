@@ -10,7 +10,7 @@ from typing import Any
 import click
 from click import option
 
-from ovita.cli.common import EXIT_NOTHING, literal, pick, say, shown
+from ovita.cli.common import EXIT_NOTHING, EXIT_OF, literal, pick, say, shown
 from ovita.cli.main import GuessingGroup
 from ovita.errors import IsolationUnavailable, PolicyError
 from ovita.io import Task, atomic_write, load_task
@@ -94,7 +94,7 @@ def catalogue_command(names: tuple[str, ...], as_json: bool, markdown: bool) -> 
 @shown("--memory-limit", type=int, default=1024, metavar="MIB", help="For each policy.")
 @option("--kernel-alone", is_flag=True, hidden=True, help="For tests of the sandbox: leave the allowlist out.")
 def run_command(files: tuple[str, ...], out: str | None, **options: Any) -> None:
-    """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails.
+    """Run FILE.py on the trajectory of a scene; exit code 3 if a policy fails, 6 if a promise of one does not hold.
 
     OUT holds `adapted` ([[x, y, z, speed], ...]), `isolation` and `timings_ms`, and where a policy failed `error`
     with its kind, line and message.
@@ -108,8 +108,14 @@ def run_command(files: tuple[str, ...], out: str | None, **options: Any) -> None
         document: Any = results[0] if len(results) == 1 else results
         atomic_write(out, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     say(*map(_report, results))
+    raise SystemExit(_exit_code(results))
+
+
+def _exit_code(results: list[dict[str, Any]]) -> int:
     if any("error" in result for result in results):
-        raise SystemExit(EXIT_NOTHING)
+        return EXIT_NOTHING
+    kept = all(promise["held"] for result in results for promise in result["expectations"])
+    return EXIT_OF["done" if kept else "not_as_meant"]
 
 
 def _run_one(

@@ -148,7 +148,7 @@ def _value(was: F.SemanticFrame, now: F.SemanticFrame, slot: str) -> float | Non
     if type(was) is not type(now) or was.part != now.part or getattr(was, "objects", ()) != getattr(now, "objects", ()):
         return None
     if isinstance(now, F.Shift) and slot not in now.quantities:
-        back = now.quantities.get(F.ENDS[slot])
+        back = now.quantities.get(F.OPPOSITES[slot])
         return None if back is None else -back.value
     q, old = now.quantities.get(slot), was.quantities.get(slot)
     return q.value if q is not None and old is not None and q.unit == old.unit else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -39,15 +39,16 @@ def numbers(said: Remark) -> Iterator[Candidate]:
     placed = {id(p) for where in parts_in(said) for p in where.pieces}
     stated = [p for p in said.active if p.number and id(p) not in placed] or _turn_words(said)
     old = {id(p): where for p in stated if (where := _held(p, said)) and (len(stated) > 1 or said.negated(p))}
+    meant = next(iter(old.values())) if len(old) == 1 else None
     found: dict[tuple[int, str], E.Edit] = {}
     used: list[Phrase] = []
     for piece in [p for p in stated if id(p) not in old]:
-        where = next(iter(old.values())) if len(old) == 1 else _slot_of(piece, said)
+        where = meant or _slot_of(piece, said)
         if where is not None and not _otherwise(said, said.before[where[0]]) and not _absurd(piece, where, said):
             found[where] = _set(piece, where, said)
             used += [piece, *_around(piece, said)]
     if found:
-        extra = said.cued("more", "less", "enough", "meant", "not", "only", "radius", "turns", "size", "duration")
+        extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
         yield Candidate(tuple(found.values()), (*used, *extra, *stated), 0.5)
 
 
@@ -103,22 +104,36 @@ def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     assert piece.number is not None
     unit, only = piece.number.unit, _counted(piece, said)
-    around = [p for p in said.active if p.clause == piece.clause] if unit else said.active
-    named = {NAMED.get(c) for p in around for c in p.cues} | {SENSES.get(p.concept) for p in around}
+    named = _named_slots(piece, said)
     best: tuple[float, int, str] | None = None
     for i in said.targets:
         held = said.before[i].quantities
         for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
             if only not in (None, slot):
                 continue
-            had = held[slot].unit if slot in held else None
-            if (unit, had) == ("m", "m/s") or (unit == "x" and slot == "turns" and had is not None):
+            if slot in held and _surely(unit, slot, held[slot].unit):
                 return i, slot
-            score = 3.0 * (slot in named) + 2.0 * (had is not None) - 0.1 * rank + 0.01 * i
-            shared = unit not in FACTORED or had is None or had in FACTORED
-            if unit in units and shared and (best is None or score > best[0]):
+            score = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
+            fits = unit in units and not _another_measure(unit, held.get(slot))
+            if fits and (best is None or score > best[0]):
                 best = score, i, slot
     return best and best[1:]
+
+
+def _named_slots(piece: Phrase, said: Remark) -> set[str | None]:
+    """The slots that the words beside a number name; those of all clauses where it has no unit."""
+    around = [p for p in said.active if p.clause == piece.clause or not (piece.number and piece.number.unit)]
+    return {NAMED.get(cue) for p in around for cue in p.cues} | {SENSES.get(p.concept) for p in around}
+
+
+def _surely(unit: str, slot: str, had: str) -> bool:
+    """Whether a number can only be for a slot: metres for metres a second, times for turns."""
+    return (unit, had) == ("m", "m/s") or (unit == "x" and slot == "turns")
+
+
+def _another_measure(unit: str, had: F.Quantity | None) -> bool:
+    """Whether a share or multiple would take the place of an amount that is none."""
+    return unit in FACTORED and had is not None and had.unit not in FACTORED
 
 
 FACTORED = ("%", "x")
@@ -143,18 +158,22 @@ def _step(piece: Phrase, said: Remark) -> int:
     """1 or -1 if a number is more or less than before ("5 cm higher", "increase it by 0.1"), 0 if it is the value."""
     i = said.active.index(piece) if piece in said.active else 0
     before = [p for p in said.active[:i] if p.clause == piece.clause]
-    last = before[-1].text if before else ""
-    cues = {c for p in before for c in p.cues}
+    if step := _step_before(before):
+        return step
+    behind = next((p for p in said.active[i + 1 : i + 3] if "turns" not in p.cues), Phrase("", 0))
+    if behind.text in STEPS or not behind.text.endswith("er"):
+        return STEPS.get(behind.text, 0)
+    sense = SENSES.get(behind.concept, "")
+    known = {sense for k in said.targets for sense in senses_of(said.before[k])} if sense else set()
+    return 1 if sense in known else -1 if OPPOSITE.get(sense) in known else 0
+
+
+def _step_before(before: Sequence[Phrase]) -> int:
+    """What the words before a number say of its being more or less than before."""
+    last, cues = before[-1].text if before else "", {cue for p in before for cue in p.cues}
     if last in ("another", "extra") or (last == "by" and "more" in cues):
         return 1
-    if last == "by" and "less" in cues:
-        return -1
-    behind = next((p for p in said.active[i + 1 : i + 3] if "turns" not in p.cues), Phrase("", 0))
-    if behind.text in STEPS:
-        return STEPS[behind.text]
-    sense = SENSES.get(behind.concept) if behind.text.endswith("er") else None
-    known = {sense for k in said.targets for sense in senses_of(said.before[k])}
-    return 0 if sense is None else 1 if sense in known else -1 if OPPOSITE.get(sense) in known else 0
+    return -1 if last == "by" and "less" in cues else 0
 
 
 STEPS = {"more": 1, "further": 1, "extra": 1, "farther": 1, "less": -1, "fewer": -1}
@@ -169,23 +188,29 @@ def amounts(said: Remark) -> Iterator[Candidate]:
     factor, pieces = _factor(said)
     if sized and factor is not None:
         yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
-        return
+    elif signs := _signs(said, sized):
+        yield _more_or_less(said, signs, used)
+
+
+def _signs(said: Remark, sized: Sequence[int]) -> dict[int, tuple[int, tuple[Phrase, ...]]]:
+    """Of which frames more (1) or less (-1) is wanted, with the words for it; of all where no word says of which."""
     signs = {i: sensed for i in sized if (sensed := _sensed(said, said.before[i]))}
     generic = -1 if said.cued("less") else 1 if said.cued("more", "weak") else 0
-    if generic and not signs:
-        signs = {i: (generic, ()) for i in sized}
-    if not signs:
-        return
+    return signs or ({i: (generic, ()) for i in sized} if generic else {})
+
+
+def _more_or_less(
+    said: Remark, signs: Mapping[int, tuple[int, tuple[Phrase, ...]]], used: Sequence[Phrase]
+) -> Candidate:
+    """More of some frames and less of others where each has words of its own; else of the last one."""
     degree: Any = next((d for d in ("slight", "large") if any(not said.judged(p) for p in said.cued(d))), None)
     changes: dict[int, Any] = {i: "more" if sign > 0 else "less" for i, (sign, _) in signs.items()}
-    pieces = tuple(p for _, sensed in signs.values() for p in sensed)
-    if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:  # each has words of its own
+    used = (*used, *(p for _, sensed in signs.values() for p in sensed))
+    if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:
         edits = tuple(E.Rescale(on=_way(said, i), change=change, degree=degree) for i, change in changes.items())
-        yield Candidate(edits, (*used, *pieces), 0.0)
-    else:
-        last = changes[list(signs)[-1]]
-        edit = lambda on: E.Rescale(on=on, change=last, degree=degree)  # noqa: E731
-        yield _scaled(said, list(signs), edit, (*used, *pieces), 0.0)
+        return Candidate(edits, used, 0.0)
+    last = changes[list(signs)[-1]]
+    return _scaled(said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), used, 0.0)
 
 
 def _way(said: Remark, i: int) -> str:
@@ -213,35 +238,45 @@ def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
         counted = any(p.concept in ORDINALS for p in before) or (word == "twice" and _turn_words(said))
         if word and not counted:
             return FACTORS[word], (piece,)
+        if piece.number is None:
+            continue
+        if piece.number.unit == "x" and not said.counted(piece.number):
+            return piece.number.value, (piece, *behind)
         by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
         near = {cue for p in (*before, *behind, *by) for cue in p.cues}
-        q = piece.number or quantity("1")
-        if q.unit == "%" and near & {"more", "less"}:
-            return 1 - q.value if "less" in near else 1 + q.value, (piece, *before, *behind, *by)
-        if q.unit == "x" and not said.counted(q):
-            return q.value, (piece, *behind)
+        if piece.number.unit == "%" and near & {"more", "less"}:
+            sign = -1 if "less" in near else 1
+            return 1 + sign * piece.number.value, (piece, *before, *behind, *by)
     return None, ()
 
 
 def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
     """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
-    senses = senses_of(frame)
     for i, piece in enumerate(said.active):
-        sense = _adjective(piece) or SENSES.get(piece.concept, "")
-        along = 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
-        if not along or piece.text in ("further", "farther"):
-            continue
+        along = _along(piece, senses_of(frame))
         before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
         judged, settled = _judgement(said, piece, before, said.active[i + 1 : i + 3])
-        if piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er")):
+        if not along or (piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er"))):
             continue
         if settled:
             return (-along if judged and not _resolved(piece) else along), (piece, *before)
         if said.cued("less"):
             return -1, (piece,)
-        if said.cued("more", "weak") or (sense not in DIRECTIONS and said.cued("slight", "large")):
+        if said.cued("more", "weak") or (_sense(piece) not in DIRECTIONS and said.cued("slight", "large")):
             return along, (piece,)
     return None
+
+
+def _sense(piece: Phrase) -> str:
+    return _adjective(piece) or SENSES.get(piece.concept, "")
+
+
+def _along(piece: Phrase, senses: Collection[str]) -> int:
+    """1 if a piece says what more of something is, -1 if what less of it is, else 0."""
+    if piece.text in ("further", "farther"):
+        return 0
+    sense = _sense(piece)
+    return 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
 
 
 def _adjective(piece: Phrase) -> str:

@@ -14,11 +14,11 @@ from ovita.instruct import frames as F
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import END_SHARE, Scale, end_share, nice
 from ovita.limits.problem import from_object
-from ovita.paths.geometry import Mask, runs
+from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, OPPOSITE, Frame, Scene, SceneObject, canonical
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.policy import Parameter
 from ovita.policy.policy import TooMuch, prove_statements, run_proof
 from ovita.policy.source import MAX_NOTE, Role, Value
@@ -219,6 +219,19 @@ class PolicyBuilder:
         """The path (N, 3) [m] as the steps so far leave it."""
         return self.rows()[:, :3]
 
+    def item(self, place: F.Place) -> SceneObject | None:
+        """The object that a place is; None for an end, the middle, a waypoint, a midpoint or no place."""
+        return self.scene[place] if isinstance(place, str) and place not in ("", *F.SPOTS) else None
+
+    def axis(self, direction: str) -> Array:
+        """The unit vector (3,) of a direction word."""
+        return self.scene.frame.direction(direction)
+
+    def passing(self, point: Array) -> Array:
+        """The place (3,) on the path that is nearest to a point (3,) [m], as the steps so far leave it."""
+        positions = self.positions
+        return np.asarray(interpolate(positions, np.array([closest_to_point(positions, point)[1]]))[0])
+
     def word(self, direction: str) -> str:
         """A direction or an axis of the frame, such as "-x", as a direction word."""
         return direction_word(self.scene.frame, direction)
@@ -295,6 +308,11 @@ def direction_word(frame: Frame, direction: str) -> str:
     return word
 
 
+def short(value: float) -> float:
+    """A number to six digits, as code shows it."""
+    return float(f"{value:.6g}")
+
+
 def aiming(aim: str) -> str:
     """The argument of a call that says what of an object is meant, or ""."""
     return f", aim={aim!r}" if aim else ""
@@ -305,165 +323,176 @@ def argument(mask: str) -> str:
     return f", where={mask}" if mask else ""
 
 
-def resolved(d: PolicyBuilder, part: PathPart) -> PathPart:
+def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """A part of the path with what it leaves open filled in."""
     if part.parts:
-        return PathPart(part.kind, parts=tuple(resolved(d, inner) for inner in part.parts))
+        return PathPart(part.kind, parts=tuple(resolved(builder, inner) for inner in part.parts))
     if part.kind in SHARES and part.amount is None:
         return PathPart(part.kind, amount=SHARES[part.kind], unit="share")
-    if part.kind == "near" and part.places[0] == "middle":
-        return PathPart("middle", amount=SHARES["middle"], unit="share")
-    if part.kind == "near" and part.amount is None:
-        if part.places[0] in ("start", "goal"):
-            return PathPart("first" if part.places[0] == "start" else "last", amount=SHARES["first"], unit="share")
-        return PathPart("near", part.places, d.scale.near(d.trajectory.positions, d.scene[part.places[0]]))
     if part.kind in ("beyond", "heading"):
-        return PathPart(part.kind, amount=part.amount or 0.0, direction=d.word(part.direction))
-    if part.kind in ("after", "before") and part.places[0] in ("start", "goal", "middle"):
-        share = {"start": 0.0, "goal": 1.0, "middle": 0.5}[part.places[0]]
-        until = None if part.kind == "after" else share
-        return PathPart("range", amount=share if part.kind == "after" else 0.0, until=until, unit="share")
-    return part
+        return PathPart(part.kind, amount=part.amount or 0.0, direction=builder.word(part.direction))
+    if part.kind == "near":
+        return _resolved_near(builder, part)
+    place = part.places[0] if part.kind in ("after", "before") else None
+    share = _SHARE_AT.get(place) if isinstance(place, str) else None
+    if share is None:
+        return part
+    low, high = (share, None) if part.kind == "after" else (0.0, share)
+    return PathPart("range", amount=low, until=high, unit="share")
 
 
-def mask_code(d: PolicyBuilder, part: PathPart, traj: str = "traj") -> tuple[str, str]:
+def _resolved_near(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    stretch = {"start": "first", "goal": "last", "middle": "middle"}.get(part.places[0])
+    if stretch == "middle" or (stretch and part.amount is None):
+        return PathPart(stretch, amount=SHARES[stretch], unit="share")
+    if part.amount is not None:
+        return part
+    reach = builder.scale.near(builder.trajectory.positions, builder.scene[part.places[0]])
+    return PathPart("near", part.places, reach)
+
+
+_SHARE_AT = {"start": 0.0, "goal": 1.0, "middle": 0.5}
+"""How far along the path its ends and its middle are."""
+
+
+def mask_code(builder: PolicyBuilder, part: PathPart, traj: str = "traj") -> tuple[str, str]:
     """Code of the mask of a part of the path, and words for it; asks back where it selects nothing."""
-    part, was = resolved(d, part), part
-    if part.kind not in ("outside", "both", "either") and not d.waypoints(part).any():
-        _ask_for(d, part)
+    part, was = resolved(builder, part), part
+    if part.kind not in ("outside", "both", "either") and not builder.waypoints(part).any():
+        _ask_for(builder, part)
     code = _CODE.get(part.kind)
     if code is None or (part.kind in ("first", "last") and part.unit in ("m", "s")):
-        return _listed(d, part, traj)
-    return code(d, part, was, traj)
+        return _listed(builder, part, traj)
+    return code(builder, part, was, traj)
 
 
-def _ask_for(d: PolicyBuilder, part: PathPart) -> None:
-    if part.kind == "near" and part.places[0] in d.scene:
-        item = d.scene[part.places[0]]
-        gap = float(item.distance(d.trajectory.positions).min())
-        d.ask(
+def _ask_for(builder: PolicyBuilder, part: PathPart) -> None:
+    if part.kind == "near" and part.places[0] in builder.scene:
+        item = builder.scene[part.places[0]]
+        gap = float(item.distance(builder.trajectory.positions).min())
+        builder.ask(
             f"No waypoint is within {part.amount:.3g} m of {item.name}, the closest is {gap:.3g} m away:"
             " how near should count?"
         )
     elif part.kind == "range" and part.unit == "waypoints":
-        last = len(d.trajectory)
-        d.ask(
+        last = len(builder.trajectory)
+        builder.ask(
             f"The path has {last} waypoints, counted from 1: which ones are meant by {(part.amount or 0) + 1:g} and on?"
         )
     elif part.kind == "indices" and not part.ranges:
-        d.ask("Nothing is selected: which part of the path is meant?")
+        builder.ask("Nothing is selected: which part of the path is meant?")
     else:
-        d.ask(f"No part of the path is {part.words()}: which part is meant?")
+        builder.ask(f"No part of the path is {part.words()}: which part is meant?")
 
 
-def _near(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+def _near(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
     place, value = part.places[0], part.amount or 0.0
     if place in ("start", "goal"):
         at, name = f"{traj}[{0 if place == 'start' else -1}, :3]", f"the {place}"
     else:
-        at, name = d.ref(d.scene[place]), d.scene[place].name
+        at, name = builder.ref(builder.scene[place]), builder.scene[place].name
     if was.amount is None:
-        d.assume(f'"near {name}" is within {value:g} m of its centre')
+        builder.assume(f'"near {name}" is within {value:g} m of its centre')
     known = "" if place in ("start", "goal") else name
     free, meaning = f"{at}_radius" if known else "radius", f"distance to {name} that counts as near"
-    radius = d.knob(free, value, "radius", meaning, "part", about=known)
+    radius = builder.knob(free, value, "radius", meaning, "part", about=known)
     return f"near({traj}, {at}, within={radius})", f"within {value:g} m of {name}"
 
 
-def _end(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+def _end(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
     kind, amount = part.kind, part.amount or 0.0
     side = "start" if kind == "first" else "end"
     if part.unit == "share":
         share = round(amount, 4)
         if was.amount is None:
-            d.assume(end_share(kind))
-        name = d.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {side}", "part", unit="")
+            builder.assume(end_share(kind))
+        name = builder.knob(f"{kind}_share", share, "share", f"share of the waypoints at the {side}", "part", unit="")
         return f"{kind}({traj}, fraction={name})", f"for the {kind} {share:.0%} of the waypoints"
-    count = min(max(int(amount), 1), len(d.trajectory))
-    name = d.knob(f"{kind}_waypoints", count, "of", f"number of waypoints at the {side}", "part", unit="")
+    count = min(max(int(amount), 1), len(builder.trajectory))
+    name = builder.knob(f"{kind}_waypoints", count, "of", f"number of waypoints at the {side}", "part", unit="")
     return f"{kind}({traj}, {name})", f"for the {kind} {count} waypoints"
 
 
-def _middle(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+def _middle(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
     if was.amount is None:
-        d.assume('"the middle" is the middle third of the waypoints')
-    share = part.amount if part.unit == "share" else (part.amount or 1.0) / len(d.trajectory)
-    return _listed(d, PathPart("middle", amount=share), traj, f"in the middle {share:.0%} of the path")
+        builder.assume('"the middle" is the middle third of the waypoints')
+    share = part.amount if part.unit == "share" else (part.amount or 1.0) / len(builder.trajectory)
+    return _listed(builder, PathPart("middle", amount=share), traj, f"in the middle {share:.0%} of the path")
 
 
-def _range(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+def _range(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
     if part.unit != "waypoints":
-        return _listed(d, part, traj)
-    chosen = np.flatnonzero(part.mask(d.trajectory, d.scene))
+        return _listed(builder, part, traj)
+    chosen = np.flatnonzero(part.mask(builder.trajectory, builder.scene))
     begin, end = (int(chosen[0]), int(chosen[-1])) if len(chosen) else (0, 0)
-    d.assume("waypoints are counted from 1")
-    a = d.knob("first_index", begin, "at", "index of the first waypoint, from 0", "part", unit="")
-    b = d.knob("last_index", end, "at", "index of the last waypoint, from 0", "part", unit="")
+    builder.assume("waypoints are counted from 1")
+    a = builder.knob("first_index", begin, "at", "index of the first waypoint, from 0", "part", unit="")
+    b = builder.knob("last_index", end, "at", "index of the last waypoint, from 0", "part", unit="")
     words = f"at waypoint {begin + 1}" if begin == end else f"from waypoint {begin + 1} to {end + 1}"
     return f"between({traj}, {a}, {b})", words
 
 
-def _along(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
-    at, name = _spot(d, part.places[0])
+def _along(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    at, name = _spot(builder, part.places[0])
     if part.kind == "between":
-        other, second = _spot(d, part.places[1])
+        other, second = _spot(builder, part.places[1])
         return f"between({traj}, {at}, {other})", f"between {name} and {second}"
     span = f"{at}, 1.0" if part.kind == "after" else f"0.0, {at}"
     return f"between({traj}, {span})", f"{part.kind} {name}"
 
 
-def _spot(d: PolicyBuilder, place: object) -> tuple[str, str]:
+def _spot(builder: PolicyBuilder, place: object) -> tuple[str, str]:
     if isinstance(place, Mapping):
-        a, b = (d.scene[name] for name in place["between"])
-        return f"midpoint({d.ref(a)}, {d.ref(b)})", f"the midpoint of {a.name} and {b.name}"
-    if place in ("start", "goal", "middle"):
-        return {"start": "0.0", "goal": "1.0"}.get(str(place), "0.5"), f"the {place}"
-    item = d.scene[str(place)]
-    return d.ref(item), item.name
+        a, b = (builder.scene[name] for name in place["between"])
+        return f"midpoint({builder.ref(a)}, {builder.ref(b)})", f"the midpoint of {a.name} and {b.name}"
+    if place in F.SPOTS:
+        return str(_SHARE_AT[str(place)]), f"the {place}"
+    item = builder.scene[str(place)]
+    return builder.ref(item), item.name
 
 
-def _heading(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+def _heading(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
     return f"where_rising({traj}, {part.direction!r})", f"where it heads {part.direction}"
 
 
-def _beyond(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
-    axis = d.scene.frame.direction(part.direction)
+def _beyond(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    axis = builder.axis(part.direction)
     k = int(np.flatnonzero(axis)[0])
     sign = "" if axis[k] > 0 else "-"
     amount = part.amount or 0.0
     meaning = f"how far {part.direction} the part begins"
-    name = d.knob(f"{part.direction}_of", amount, "at", meaning, "part", direction=part.direction)
+    name = builder.knob(f"{part.direction}_of", amount, "at", meaning, "part", direction=part.direction)
     return f"{sign}{traj}[:, {k}] > {name}", f"further {part.direction} than {amount:g} m"
 
 
-def _every(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
-    k = int(np.clip(part.amount or 1, 1, len(d.trajectory)))
+def _every(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    k = int(np.clip(part.amount or 1, 1, len(builder.trajectory)))
     return f"every({traj}, {k})", f"at every {k}. waypoint"
 
 
-def _outside(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
-    inside, words = mask_code(d, was.parts[0], traj)
-    if d.waypoints(part.parts[0]).all():
-        d.ask(f"That is the whole path ({words}): what is left?")
+def _outside(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    inside, words = mask_code(builder, was.parts[0], traj)
+    if builder.waypoints(part.parts[0]).all():
+        builder.ask(f"That is the whole path ({words}): what is left?")
     return f"~({inside})", f"everywhere except {words.removeprefix('for ')}"
 
 
-def _joined(d: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
-    codes, words = zip(*(mask_code(d, inner, traj) for inner in was.parts), strict=True)
+def _joined(builder: PolicyBuilder, part: PathPart, was: PathPart, traj: str) -> tuple[str, str]:
+    codes, words = zip(*(mask_code(builder, inner, traj) for inner in was.parts), strict=True)
     sign, word = (" & ", ", ") if part.kind == "both" else (" | ", " and ")
-    if part.kind == "both" and not d.question and not d.waypoints(part).any():
-        d.ask(f"No part of the path is {word.join(words)}: which part is meant?")
+    if part.kind == "both" and not builder.question and not builder.waypoints(part).any():
+        builder.ask(f"No part of the path is {word.join(words)}: which part is meant?")
     return sign.join(f"({code})" for code in codes), word.join(words)
 
 
-def _listed(d: PolicyBuilder, part: PathPart, traj: str, words: str = "") -> tuple[str, str]:
+def _listed(builder: PolicyBuilder, part: PathPart, traj: str, words: str = "") -> tuple[str, str]:
     """A part by the indices that it means on the given trajectory."""
-    part = resolved(d, part)
-    found = list(runs(d.waypoints(part)))
+    part = resolved(builder, part)
+    found = list(runs(builder.waypoints(part)))
     code = " | ".join(f"between({traj}, {a}, {b})" for a, b in found) or f"{traj}[:, 3] < 0.0"
     if part.kind in ("first", "last"):
         count = found[0][1] - found[0][0] + 1 if found else 0
-        d.assume(f"the {part.kind} {part.amount:g} {part.unit} are {count} waypoints")
+        builder.assume(f"the {part.kind} {part.amount:g} {part.unit} are {count} waypoints")
         words = f"for the {part.kind} {part.amount:g} {part.unit}"
     return code, words or part.words()
 

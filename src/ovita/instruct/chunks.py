@@ -29,7 +29,6 @@ from ovita.instruct.lexicon import (
     stems,
     stray_unit,
     term_at,
-    terms,
     unit_at,
 )
 from ovita.instruct.objects import GENERIC, WORD, Catalog, singular
@@ -58,7 +57,7 @@ def respelt(words: Sequence[str], catalog: Catalog) -> tuple[list[str], list[str
     for word in words:
         right = word
         if len(word) >= 3 and word.isalpha() and not _is_known(word, named, catalog):
-            right = _corrected(word, named)
+            right = _known_spelling(word, named)
         if right != word:
             notes.append(f"read {word!r} as {right!r}")
         found.append(right)
@@ -71,7 +70,7 @@ def _is_known(word: str, named: set[str], catalog: Catalog) -> bool:
     return any(form in known_words() or form in OTHERS for form in (*stems(word), singular(word)))
 
 
-def _corrected(word: str, named: set[str]) -> str:
+def _known_spelling(word: str, named: set[str]) -> str:
     names = [n for n in sorted(named) if close(word, n) or (len(n) == len(word) + 1 and n.startswith(word))]
     return names[0] if len(names) == 1 else _known_for(word)
 
@@ -82,15 +81,18 @@ def _known_for(word: str) -> str:
     single = _unswapped(word) if len(word) < SHORTEST and word[-1] != word[-2] else _undoubled(word)
     if single != word or len(word) < SHORTEST:
         return single
-    known = _by_letter()
     for ending in ("", "s", "ed", "ing", "ly", "er"):
         form = word.removesuffix(ending)
-        if len(form) < SHORTEST or not word.endswith(ending):
-            continue
-        near = [k for k in dict.fromkeys((*known.get(form[0], ()), *known.get("_" + form[0], ()))) if close(form, k)]
-        if near:
+        if len(form) >= SHORTEST and word.endswith(ending) and (near := _close_to(form)):
             return min(near, key=lambda k: (distance(form, k), abs(len(k) - len(form)), k))
     return word
+
+
+def _close_to(form: str) -> list[str]:
+    """The known words that a word may be a slip of."""
+    known = _by_letter()
+    likely = dict.fromkeys((*known.get(form[0], ()), *known.get("_" + form[0], ())))
+    return [word for word in likely if close(form, word)]
 
 
 @cache
@@ -165,17 +167,22 @@ def _without_hyphens(words: list[str]) -> list[str]:
         if word.lower() == "nor":
             kept += ["and", "not"]
         elif word in SIGNS:
-            if is_digits(behind) and is_digits(before):
-                kept.append("to" if word == "-" else word)
-            elif word == "-" and is_digits(behind):
-                kept.append(word)
-            elif word == "/" and before.lower() in ("m", "cm", "mm", "km"):
-                kept.append(word)
-            elif behind.lower() in AXES and before.lower() not in AXES:
-                kept.append("minus" if word == "-" else word)
+            kept += _sign_between(word, before, behind)
         elif not (word.lower() in ("st", "nd", "rd", "th") and is_digits(before)):
             kept.append(word)
     return kept
+
+
+def _sign_between(word: str, before: str, behind: str) -> list[str]:
+    """What a mark is between two words: a range, the sign of a number, a fraction of units, a sign of an axis; or []."""
+    number = is_digits(behind)
+    if number and is_digits(before):
+        return ["to" if word == "-" else word]
+    if (word == "-" and number) or (word == "/" and before.lower() in ("m", "cm", "mm", "km")):
+        return [word]
+    if behind.lower() in AXES and before.lower() not in AXES:
+        return ["minus" if word == "-" else word]
+    return []
 
 
 PIECE = re.compile(
@@ -203,14 +210,8 @@ COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fift
 """Ordinals, as in "every third"."""
 
 BARE = {
-    "first": "1st",
-    "initial": "1st",
-    "last": "nth",
-    "final": "nth",
-    "opening": "1st",
-    "closing": "nth",
-    "1st": "1st",
-    "final stretch": "nth",
+    **dict.fromkeys(("first", "initial", "opening", "1st"), "1st"),
+    **dict.fromkeys(("last", "final", "closing", "final stretch"), "nth"),
 }
 """Words that name a part of the path only with what follows: "the last 10 cm", but "last, go up"."""
 
@@ -218,8 +219,6 @@ PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
 PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
 BESIDE = frozenset("near around over under toward past".split())
 COMPARED = frozenset("closer near farther faster slower up down raise lower".split())
-NAMED = 3
-"""Words of a name whose single words may stand for it; more words are a text."""
 
 DOING = frozenset(
     "plain farther closer faster slower raise lower drop up down left right touch wait stop keep avoid".split()
@@ -326,7 +325,7 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
     """Cut an utterance into chunks; also the spellings that were corrected, as notes."""
     words = _more_of_them(_pieces(text))
     catalog = Catalog(scene, positions)
-    _nicknames(catalog)
+    catalog.add_nicknames()
     lowered, notes = respelt([w.text.lower() for w in words], catalog)
     found: list[Chunk] = []
     i, apart = 0, _apart(lowered)
@@ -348,13 +347,19 @@ def _apart(words: Sequence[str]) -> int | None:
 def _more_of_them(words: list[_Word]) -> list[_Word]:
     """The words with "ten more centimetres" as "more ten centimetres"."""
     lowered = [w.text.lower() for w in words]
-    for at, word in enumerate(lowered):
-        before = next((i for i in range(max(at - 3, 0), at) if (a := amount_at(lowered, i)) and a.used == at - i), None)
-        if word in MORE and before is not None and at + 1 < len(words) and unit_at(lowered, at + 1)[2]:
+    for at in range(len(words) - 1):
+        before = _number_before(lowered, at) if lowered[at] in MORE and unit_at(lowered, at + 1)[2] else None
+        if before is not None:
             order = [at, *range(before, at)]
             spans = [w.span for w in words[before : at + 1]]
             words[before : at + 1] = [_Word(words[i].text, span) for i, span in zip(order, spans, strict=True)]
     return words
+
+
+def _number_before(words: Sequence[str], at: int) -> int | None:
+    """Where an amount of up to three words begins that ends right before a word."""
+    begins = range(max(at - 3, 0), at)
+    return next((i for i in begins if (amount := amount_at(words, i)) and amount.used == at - i), None)
 
 
 MORE = frozenset("more extra additional further".split())
@@ -370,8 +375,8 @@ def _forbidden(chunk: Chunk, behind: Sequence[Chunk]) -> Chunk:
     if chunk.kind != "keep" or not chunk.text.lower().endswith((" move", " moving")) or not behind:
         return chunk
     away = behind[0].kind == "from" and behind[0].text.lower().startswith("away")
-    to = 1 if behind[0].kind == "filler" and len(behind) > 1 else 0
-    return replace(chunk, kind="never") if away or behind[to].kind in MANNERS else chunk
+    how = behind[1 if behind[0].kind == "filler" and len(behind) > 1 else 0]
+    return replace(chunk, kind="never") if away or how.kind in MANNERS else chunk
 
 
 @dataclass(frozen=True)
@@ -410,6 +415,10 @@ class _Place:
         """The classes of the words from so many behind this one."""
         return [term_at(self.words, j)[0] for j in range(max(self.i + low, 0), min(self.i + high, len(self.words)))]
 
+    def is_word(self, *words: str) -> bool:
+        """Whether it is one of these words, and of one word."""
+        return self.length == 1 and self.word in words
+
     def bare(self, *words: str) -> bool:
         """Whether it is one of these words, and begins no phrase."""
         return self.length <= 1 and self.word in words
@@ -438,26 +447,80 @@ SHORTER = ("", -1)
 _MOVING = ("plain", "path", "speed", "keep", "faster", "slower")
 _NO_NUMBER = frozenset({*DETERMINERS, "last", "final", "first", "middle"})
 
-_SENSES: tuple[tuple[Callable[[_Place], object], tuple[str, int]], ...] = (
+
+def _is_short_by(at: _Place) -> bool:
+    """Whether the amount takes the "by": "up by" 10 cm."""
+    return at.last == "by" and at.counted and at.kind not in ("by", "at_least", "at_most")
+
+
+def _is_right_there(at: _Place) -> bool:
+    """Whether "right" is no direction: stop "right" at the cup."""
+    return at.word == "right" and not {"stop", "wait"}.isdisjoint(at.classes(-1, 0))
+
+
+def _is_forbidding(at: _Place) -> bool:
+    """Whether a "stop" forbids: "stop" going so close."""
+    return at.is_word("stop", "quit") and at.behind.endswith("ing") and _goes_on(at)
+
+
+def _is_where_it_goes(at: _Place) -> bool:
+    """Whether a "when" is where the path heads: "when" moving left, without how far."""
+    if not at.is_word("while", "whilst", "when") or at.behind not in ("going", "moving", "heading"):
+        return False
+    far = at.i + 3 < len(at.words) and amount_at(at.words, at.i + 3) is not None
+    return not far and not SIDEWAYS.isdisjoint(at.classes(2, 3))
+
+
+def _is_joining(at: _Place) -> bool:
+    """Whether a "while" joins: "while" going faster."""
+    gerund = at.is_word("after", "before", "while", "whilst") and at.behind.endswith("ing")
+    return gerund and at.classes(1, 2)[0] in _MOVING
+
+
+def _is_one_more(at: _Place) -> bool:
+    """Whether it asks for so much more: "another" 5 cm of room."""
+    return at.word == "another" and at.counted and "of" in at.words[at.i + 2 : at.i + 4]
+
+
+def _is_that_much(at: _Place) -> bool:
+    """Whether a "that" grades: not "that" close."""
+    return at.word == "that" and at.before in ("not", "quite", "be") and not COMPARED.isdisjoint(at.classes(1, 2))
+
+
+def _is_bent_aside(at: _Place) -> bool:
+    """Whether to bend is to shift: "bend" the second half to the right."""
+    bends = at.is_word("bend", "curve") and at.behind in ("the", "it")
+    return bends and not SIDEWAYS.isdisjoint(at.classes(1, len(at.words)))
+
+
+def _is_in_order(at: _Place) -> bool:
+    """Whether an ordinal is of the order of steps: "first" go up."""
+    ordinal = at.bare("first", "second", "third") and at.before not in _NO_NUMBER
+    return ordinal and not DOING.isdisjoint(at.classes(1, 2))
+
+
+def _is_resting(at: _Place) -> bool:
+    """Whether to rest is to wait: "rest" at the cup, but the "rest" of the path."""
+    rests = at.kind == "rest" and at.bare("rest") and at.before not in (*DETERMINERS, "to")
+    return rests and at.behind in ("at", "on", "by", "above", "near", "for")
+
+
+_SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
     (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
-    (lambda at: at.last == "by" and at.counted and at.kind not in ("by", "at_least", "at_most"), SHORTER),  # "up by" 10 cm
-    (lambda at: at.word == "right" and {"stop", "wait"} & {*at.classes(-1, 0)}, ("plain", 1)),
-    (lambda at: at.length == 1 and at.bare("stop", "quit") and at.behind.endswith("ing") and _goes_on(at), ("never", 1)),
-    (lambda at: at.length == 1 and at.bare("while", "whilst", "when") and at.behind in ("going", "moving", "heading")
-     and SIDEWAYS & {*at.classes(2, 3)} and (at.i + 3 >= len(at.words) or amount_at(at.words, at.i + 3) is None), ("where", 1)),
-    (lambda at: at.length == 1 and at.bare("after", "before", "while", "whilst") and at.behind.endswith("ing")
-     and at.classes(1, 2)[0] in _MOVING, ("join", 1)),  # "while going faster"
+    (_is_short_by, SHORTER),
+    (_is_right_there, ("plain", 1)),
+    (_is_forbidding, ("never", 1)),
+    (_is_where_it_goes, ("where", 1)),
+    (_is_joining, ("join", 1)),
     (lambda at: at.kind == "level" and at.counted, SHORTER),  # "at a height of" 50 cm
-    (lambda at: at.word == "another" and at.counted and "of" in at.words[at.i + 2 : at.i + 4], ("inc", 1)),  # "another 5 cm of room"
-    (lambda at: at.word == "that" and at.before in ("not", "quite", "be") and COMPARED & {*at.classes(1, 2)}, ("so", 1)),
-    (lambda at: at.length == 1 and at.bare("bend", "curve") and at.behind in ("the", "it") and SIDEWAYS & {*at.classes(1, len(at.words))},
-     ("plain", 1)),  # "bend the second half to the right"
+    (_is_one_more, ("inc", 1)),
+    (_is_that_much, ("so", 1)),
+    (_is_bent_aside, ("plain", 1)),
     (lambda at: at.word == "then" and at.counted, ("than", 1)),
     (lambda at: at.kind in COMPARED and _law(at), ("law", 0)),  # "the closer ..., the slower"
-    (lambda at: at.bare("first", "second", "third") and at.before not in _NO_NUMBER and DOING & {*at.classes(1, 2)}, ("plain", 1)),
-    (lambda at: at.kind == "rest" and at.bare("rest") and at.before not in (*DETERMINERS, "to")
-     and at.behind in ("at", "on", "by", "above", "near", "for"), ("wait", 1)),
-)  # fmt: skip
+    (_is_in_order, ("plain", 1)),
+    (_is_resting, ("wait", 1)),
+)
 """When a word or phrase has another sense than by itself, and which class, of how many words (0 for all of it)."""
 
 
@@ -468,19 +531,6 @@ def _term(words: Sequence[str], i: int) -> tuple[str, int]:
     if found == SHORTER:
         return term_at(words[: i + at.length - 1], i)
     return found[0], found[1] or at.length
-
-
-def _nicknames(catalog: Catalog) -> None:
-    """Names that leave out the last word: "the pine" for the pine board, where only one object has that word."""
-    owners: dict[str, list[str]] = {}
-    for item in catalog.scene:
-        words = catalog.words[item.name]
-        for word in words[:-1] if len(words) <= NAMED else ():
-            owners.setdefault(word, []).append(item.name)
-    for word, names in owners.items():
-        plain = len(word) > 2 and word != "and" and (word,) not in terms()
-        if len(names) == 1 and plain and (word,) not in catalog.names:
-            catalog.names[(word,)] = catalog.scene[names[0]]
 
 
 def spoken(text: str) -> list[tuple[str, Span]]:
@@ -494,24 +544,25 @@ def _pieces(text: str) -> list[_Word]:
     matches = [None, *PIECE.finditer(text.replace("’", "'")), None]
     for before, match, behind in zip(matches, matches[1:], matches[2:], strict=False):
         assert match is not None
-        glued, joined = (
-            before is not None and before.end() == match.start(),
-            behind is not None and behind.start() == match.end(),
-        )
+        glued = before is not None and before.end() == match.start()
+        joined = behind is not None and behind.start() == match.end()
         last, following = before.group() if before else "", behind.group() if behind else ""
         word = match.group()
         if word in ("-", "+", "/", ".."):
             word = _mark(word, last, following, glued, joined)
         word = ORDINALS.get(word, SHORT.get(word, word))
-        shortened = word == "." and glued and last.lower() in ABBREVIATED
-        if shortened and following and not following[0].isupper():
-            continue  # "approx. 5 cm"
-        if word in TIMES and joined and following.startswith(NUMERIC):
-            continue  # "x1.5" is 1.5 times
+        multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
+        if multiplies or (glued and _only_shortens(word, last, following)):
+            continue
         found += [_Word(part, match.span()) for part in SYMBOLS.get(word, word).split()]
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
+
+
+def _only_shortens(word: str, last: str, following: str) -> bool:
+    """Whether a full stop ends no sentence: "approx. 5 cm"."""
+    return word == "." and last.lower() in ABBREVIATED and bool(following) and not following[0].isupper()
 
 
 TIMES = ("x", "X", "×")
@@ -522,16 +573,21 @@ def _mark(word: str, last: str, following: str, glued: bool, joined: bool) -> st
 
     `last` and `following` stand beside it, and are `glued` and `joined` to it where no space is between.
     """
-    number, counted = following.startswith(NUMERIC), last == "%" or last[-1:].isdigit()
+    number, counted, inside = following.startswith(NUMERIC), last == "%" or last[-1:].isdigit(), glued and joined
     if word == "/":
-        return "/" if counted or not (glued and joined) else "and"
-    if word == ".." or (word == "-" and glued and counted and number):
-        return "to"
+        return "/" if counted or not inside else "and"
     if word == "+":
         return "plus" if number else "and"
-    if joined and (number or (not glued and following in ("x", "y", "z"))):
-        return "minus"
-    return "" if glued and joined else "to" if not number and glued else ","
+    if word == ".." or (glued and counted and number):
+        return "to"
+    negates = joined and (number or (not glued and following in AXES))
+    return "minus" if negates else _dash(glued, inside, number)
+
+
+def _dash(glued: bool, inside: bool, number: bool) -> str:
+    if inside:
+        return ""
+    return "to" if glued and not number else ","
 
 
 def _least(at: _Place, found: Sequence[Chunk]) -> tuple[str, int]:
@@ -603,13 +659,14 @@ def _quantity(words: Sequence[str], i: int, length: int) -> Made:
 
 def _pronoun(word: str, earlier: tuple[str, ...], found: Sequence[Chunk]) -> Made:
     """What was named last, a number of a waypoint, or "near it" before anything is named."""
-    placed = bool(found) and (found[-1].kind in PLACING or found[-1].text.endswith(" of"))
-    if word in PRONOUNS and earlier and placed:
-        return _of("OBJ", names=earlier), 1
     if ordinal := ORDINAL.fullmatch(word):
         return _of("Qth", q=Quantity(float(ordinal[1]))), 1
-    nowhere = word in ("it", "them") and not earlier and bool(found) and found[-1].kind in BESIDE
-    return (_of("unknown"), 1) if nowhere else None
+    if not found:
+        return None
+    if earlier:
+        placed = found[-1].kind in PLACING or found[-1].text.endswith(" of")
+        return (_of("OBJ", names=earlier), 1) if placed and word in PRONOUNS else None
+    return (_of("unknown"), 1) if word in ("it", "them") and found[-1].kind in BESIDE else None
 
 
 def _known(word: str, kind: str, length: int) -> tuple[Chunk, int]:

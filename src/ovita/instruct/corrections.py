@@ -31,24 +31,29 @@ def contraries(said: Remark) -> Iterator[Candidate]:
     no = [p for p in said.pieces[:1] if p.text in ("no", "nope", "nah")]
     meant = said.cued("meant")
     denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]
-    for i in reversed(said.targets if no or meant or denied else []):
+    if not (no or meant or denied):
+        return
+    for i in reversed(said.targets):
         against = {OPPOSITE.get(sense) for sense in senses_of(said.before[i])} - {None, "less"}
-        pieces = [p for p in said.active if SENSES.get(p.concept) in against and len(p.text.split()) < 3]
-        pieces = [p for p in pieces if not said.negated(p)]
+        pieces = [p for p in _brief(said) if SENSES.get(p.concept) in against]
         if pieces:
             yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *no, *meant, *denied, *said.cued("not")), 0.5)
 
 
+def _brief(said: Remark) -> list[Phrase]:
+    """The pieces of one or two words that no "not" stands before."""
+    return [p for p in said.active if len(p.text.split()) < 3 and not said.negated(p)]
+
+
 def directions(said: Remark) -> Iterator[Candidate]:
     """Another direction or end than was said."""
+    named = [p for p in said.active if heading(p)]
     for i in reversed(said.targets):
         frame = said.before[i]
         known = directions_of(frame)
-        if not known:
-            continue
-        named = [p for p in said.active if heading(p)]
         ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
-        new = [p for p in named if heading(p) in ways and heading(p) not in known and not said.negated(p)]
+        others = set(ways).difference(known) if known else set()
+        new = [p for p in named if heading(p) in others and not said.negated(p)]
         if new:
             old = [p for p in named if heading(p) in known]
             old += [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
@@ -60,19 +65,24 @@ def directions(said: Remark) -> Iterator[Candidate]:
 
 def objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said, or the same for another one."""
+    about = [i for i in said.targets if said.before[i].named] or [i for i, f in enumerate(said.before) if f.named]
     known = {name for frame in said.before for name in frame.named}
     new = [p for p in said.active if p.items and not {*p.items} <= known and not said.negated(p)]
-    about = [i for i in said.targets if said.before[i].named] or [i for i, f in enumerate(said.before) if f.named]
-    others = [p for p in said.active if p.text in OTHERS]
-    others += [p for p in new if len(p.items) > 1 and "other" in p.text.split() and not p.text.endswith("s")]
-    if about and (new or others):
-        items = _meant_instead(said, about[-1], new, others, known)
-        if len(items) == 1 or (new and not others):
-            old = [p for p in said.active if {*p.items} & known]
-            yield from _instead(said, about[-1], items, [*new, *others], old)
-        elif items:
-            question = "Which one: " + " or ".join(map(repr, items)) + "?"
-            yield Candidate((), (*others, *said.cued("meant")), 1.0, question, items)
+    others = [*(p for p in said.active if p.text in OTHERS), *filter(_is_another, new)]
+    if not about or not (new or others):
+        return
+    items = _meant_instead(said, about[-1], new, others, known)
+    if len(items) == 1 or (new and not others):
+        old = [p for p in said.active if {*p.items} & known]
+        yield from _instead(said, about[-1], items, [*new, *others], old)
+    elif items:
+        question = "Which one: " + " or ".join(map(repr, items)) + "?"
+        yield Candidate((), (*others, *said.cued("meant")), 1.0, question, items)
+
+
+def _is_another(piece: Phrase) -> bool:
+    """Whether a piece means one of several objects, without saying which: "the other cup"."""
+    return len(piece.items) > 1 and "other" in piece.text.split() and not piece.text.endswith("s")
 
 
 def _meant_instead(
@@ -120,13 +130,16 @@ def drops(said: Remark) -> Iterator[Candidate]:
     yield from _ordinals(said, pieces)
     if pieces or denied:
         yield from _named(said, pieces, denied)
-    alone = said.cued("keep") and any(p.text == "alone" for p in said.active)
     named = said.meant(said.active)
-    if alone and named:  # "leave the speed alone"
+    if named and said.cued("keep") and any(p.text == "alone" for p in said.active):  # "leave the speed alone"
         yield from _without(said, named, (), said.active)
-    elif said.cued("only") and not any(p.number for p in said.active):
-        if not (said.cued(*FACTORS) or any(parts_in(said))):
-            yield from _rest(said, named)
+    elif said.cued("only") and not _measures(said):
+        yield from _rest(said, named)
+
+
+def _measures(said: Remark) -> bool:
+    """Whether an utterance says how much or where."""
+    return any(p.number for p in said.active) or bool(said.cued(*FACTORS)) or any(True for _ in parts_in(said))
 
 
 def _named(said: Remark, pieces: Sequence[Phrase], denied: Sequence[Phrase]) -> Iterator[Candidate]:
@@ -217,9 +230,7 @@ def _confined(said: Remark, parts: Sequence[Where]) -> Iterator[Candidate]:
     also = [] if only or any(p.items for p in pieces) else said.cued("also")
     if also:  # "over the last part too"
         yield Candidate((E.Also(frame=replace(frame, part=parts[-1].part)),), (*pieces, *also), 0.8)
-    leading = any(p.text == "but" for p in said.active[:1]) and said.cued("not")
-    meant = [] if leading else [where.part for where in parts if not where.denied]
-    drops = _taken(said, pieces)
+    meant, drops = _meant_parts(said, parts), _taken(said, pieces)
     if but or drops or not (meant or only):
         edits = tuple(E.Except(on=on, part=part) for part in dict.fromkeys(where.part for where in parts))
         yield Candidate(edits, (*pieces, *but, *drops, *said.cued("not")), 0.6)
@@ -227,6 +238,12 @@ def _confined(said: Remark, parts: Sequence[Where]) -> Iterator[Candidate]:
     if meant and (only or corrects or not but):
         used = (*pieces, *only, *said.cued("meant", "not"))
         yield Candidate((E.Restrict(on=on, part=meant[-1]),), used, 0.8 if only else 0.0 if corrects else -1.5)
+
+
+def _meant_parts(said: Remark, parts: Sequence[Where]) -> list[PathPart]:
+    """The parts that no "not" stands before; none behind a leading "but not"."""
+    leading = any(p.text == "but" for p in said.active[:1]) and said.cued("not")
+    return [] if leading else [where.part for where in parts if not where.denied]
 
 
 def _taken(said: Remark, pieces: Sequence[Phrase]) -> list[Phrase]:

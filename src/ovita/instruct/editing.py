@@ -30,7 +30,7 @@ _PAIRS = (
     ("cw", "ccw"), ("faster", "slower"), ("closer", "farther"), ("rampup", "rampdown"), ("larger", "smaller"),
     ("more", "less"), ("toward", "away"), ("over", "under"), ("at_least", "at_most"),
 )  # fmt: skip
-OPPOSITE: dict[str, str] = {**F.ENDS, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
+OPPOSITE: dict[str, str] = {**F.OPPOSITES, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
 """Each direction, sense and change with its opposite."""
 
 _METRES, _FACTORS, _COUNTS = ("m", ""), ("%", "x", ""), ("turns", "")
@@ -204,24 +204,29 @@ def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
     i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, F.Smooth | F.Curve))
     if i is None:
         return frames
-    slot = next(iter(slots(frames[i])), "")
-    frame = realised(frames[i], i, values) if slot else frames[i]
+    frame = realised(frames[i], i, values)
     if not set(slots(frame)) & set(frame.quantities):
         return _put_at(frames, i, _by_degree(frames[i], edit))
-    k = factor_of(edit)
-    directions = [d for d, q in getattr(frame, "offset", ()) if q is not None]
-    directions = [edit.on] if edit.on in directions else directions
-    for name in directions or [slot if slot in frame.quantities else next(iter(frame.quantities))]:
-        frame = _times(frame, name, k)
+    for slot in _rescaled_slots(frame, edit.on):
+        frame = _times(frame, slot, factor_of(edit))
     return _put_at(frames, i, frame)
 
 
 def factor_of(edit: Rescale) -> float:
-    """By how much an edit multiplies an effect."""
+    """What an edit multiplies an effect by."""
     if edit.factor is not None:
         return edit.factor
     more = MORE[edit.degree or "moderate"]
     return 1 / more if edit.change == "less" else more
+
+
+def _rescaled_slots(frame: F.SemanticFrame, on: str) -> Sequence[str]:
+    """The slots that "more" is about: the direction that is named, all with a distance, or the main amount."""
+    directions = [d for d, q in _offset(frame) if q is not None]
+    main = next(iter(slots(frame)))
+    return (
+        [on] if on in directions else directions or [main if main in frame.quantities else next(iter(frame.quantities))]
+    )
 
 
 def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:
@@ -242,11 +247,16 @@ def _times(frame: F.SemanticFrame, slot: str, k: float) -> F.SemanticFrame:
         return replace(frame, change="set", amount=amount)
     if _is_factor(frame, q):
         return put(frame, slot, _like(q, further(q.value, k)))
-    if isinstance(frame, F.Resample) or q.unit in ("turns", "waypoints") or slot in ("turns", "waves"):
-        whole = max(round(q.value * k), 1)
-        whole = whole if whole != q.value or k == 1 else max(round(q.value) + (1 if k > 1 else -1), 1)
-        return put(frame, slot, _like(q, float(whole)))
-    return put(frame, slot, _like(q, q.value * k))
+    counts = isinstance(frame, F.Resample) or q.unit in ("turns", "waypoints") or slot in ("turns", "waves")
+    return put(frame, slot, _like(q, _whole(q.value, k) if counts else q.value * k))
+
+
+def _whole(value: float, k: float) -> float:
+    """A count times k, at least 1, and another than before unless k is 1."""
+    whole = max(round(value * k), 1)
+    if whole == value and k != 1:
+        whole = max(round(value) + (1 if k > 1 else -1), 1)
+    return float(whole)
 
 
 def _is_factor(frame: F.SemanticFrame, q: F.Quantity) -> bool:
@@ -306,21 +316,27 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
     if i is None or not name:
         return frames
-    frame, q = frames[i], edit.quantity
-    old = realised(frame, i, values).quantities.get(name)
-    role = q.role if edit.slot in ROLES and edit.slot != "by" else old.role if old else q.role
-    if edit.step and old is not None:
-        by = q.value * (1.0 if q.unit else scale_of(old))
-        q = _like(old, max(old.value + edit.step * by, 0.0))
-    elif not q.unit and old is not None:
-        q = replace(q, value=q.value * scale_of(old), unit=old.unit)
-        q = replace(q, said=f"{edit.quantity.value:g}{unit_of(old)}" if unit_of(old) else "")
+    old = realised(frames[i], i, values).quantities.get(name)
+    q = edit.quantity
+    if old is not None:
+        q = _in_place_of(old, edit)
     elif not q.unit:
-        q = _assumed(q, slots(frame)[name][0])
-    frame = put(frame, name, replace(q, role=role))
-    if isinstance(frame, F.Pace):
-        frame = _as_pace(frame, q, edit.slot)
-    return _put_at(frames, i, frame)
+        q = _assumed(q, slots(frames[i])[name][0])
+    stated = old is None or (edit.slot in ROLES and edit.slot != "by")
+    frame = put(frames[i], name, replace(q, role=edit.quantity.role if stated or old is None else old.role))
+    return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
+
+
+def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:
+    """A new value, or so much more or less than the old one; a bare number is in the unit of that."""
+    q = edit.quantity
+    if edit.step:
+        by = q.value * (1.0 if q.unit else scale_of(old))
+        return _like(old, max(old.value + edit.step * by, 0.0))
+    if q.unit:
+        return q
+    said = f"{q.value:g}{unit_of(old)}" if unit_of(old) else ""
+    return replace(q, value=q.value * scale_of(old), unit=old.unit, said=said)
 
 
 def _assumed(q: F.Quantity, unit: str) -> F.Quantity:
@@ -436,7 +452,7 @@ def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
 
 
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
-    if edit.on in F.ENDS:
+    if edit.on in F.OPPOSITES:
         without = [_without(frame, edit.on) for frame in frames]
         return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
     return tuple(f for f in frames if edit.on and not is_called(f, edit.on))

@@ -88,11 +88,16 @@ def _further_frames(said: Remark, fresh: F.Reading, further: F.Reading) -> Itera
     also = [p for p in said.cued("also") if p.text != "then" or p not in said.active[-2:]]
     opened = [p for p in said.pieces[:1] if p.text in ("and", "now", "n")]
     asked = bool(fresh.question) and all(isinstance(frame, F.Wait | F.StopAt) for frame in further.frames)
-    new = [frame for frame in further.frames if also or not any(kin(frame, known) for known in said.before)]
-    done = new and not (further.question or further.improper)
-    if done and (also or opened or asked) and not _likened(said, new):
+    new = [frame for frame in further.frames if also or not _is_kin(frame, said.before)]
+    if not new or further.question or further.improper or _likened(said, new):
+        return
+    if also or opened or asked:
         edits = tuple(E.Also(frame=frame) for frame in new)
         yield Candidate(edits, said.active if not further.unread else (*also, *opened), 1.0)
+
+
+def _is_kin(frame: F.SemanticFrame, before: Sequence[F.SemanticFrame]) -> bool:
+    return any(kin(frame, known) for known in before)
 
 
 def _likened(said: Remark, new: Sequence[F.SemanticFrame]) -> bool:
@@ -129,9 +134,11 @@ def only_where(text: str, scene: Scene) -> tuple[str, ...]:
     said = Remark(pieces_of(text, scene, (), None), ())
     placed = {id(p) for part in C.parts_in(said) for p in part.pieces}
     narrow = said.cued("only", "except")
+    if not (placed and narrow):
+        return ()
     rest = [p for p in said.active if p.content and id(p) not in placed and p not in narrow]
     vague = [p for p in rest if "vague" in p.cues]
-    return tuple(p.text for p in vague or narrow) if placed and narrow and len(rest) == len(vague) else ()
+    return tuple(p.text for p in vague or narrow) if len(rest) == len(vague) else ()
 
 
 def stated(text: str, scene: Scene) -> tuple[F.Quantity | None, set[str]]:
@@ -148,19 +155,33 @@ COMMANDS: dict[str, Any] = {"redo": 0.6, "restart": 0.4, "undo": 0.0, "explain":
 
 def _commands(said: Remark) -> Iterator[Candidate]:
     for command, prior in COMMANDS.items():
-        pieces = said.cued(command)
-        if command == "accept":
-            pieces = [] if said.asks else pieces or [p for p in said.pieces if "accept" in p.cues]
-        elif command == "redo" and not said.before:
+        pieces: Sequence[Phrase] = said.cued(command)
+        if command == "redo" and not said.before:
             pieces, prior = said.cued("redo", "undo"), prior + 2.0
-        elif command == "restart" and pieces:
-            pieces = [*pieces, *said.cued("undo")]
-        elif command == "explain" and pieces and any("why" in p.text.split() for p in said.active):
-            pieces = [*said.active]
+        elif command in _FOR:
+            pieces = _FOR[command](said, pieces)
         counts = [p for p in said.active if steps_of(p)] if command in ("undo", "redo") else []
         if pieces:
             edit = E.Command(command=command, steps=steps_of(counts[0]) if counts else 1)  # type: ignore[arg-type]
             yield Candidate((edit,), (*pieces, *counts, *said.cued("again", "keep")), prior)
+
+
+def _accepting(said: Remark, pieces: Sequence[Phrase]) -> Sequence[Phrase]:
+    """What says yes: in all clauses, where nothing else is asked for."""
+    return () if said.asks else pieces or [p for p in said.pieces if "accept" in p.cues]
+
+
+def _explaining(said: Remark, pieces: Sequence[Phrase]) -> Sequence[Phrase]:
+    """What asks for reasons: all of it, where it asks why."""
+    return said.active if pieces and any("why" in p.text.split() for p in said.active) else pieces
+
+
+_FOR: dict[str, Callable[[Remark, Sequence[Phrase]], Sequence[Phrase]]] = {
+    "accept": _accepting,
+    "explain": _explaining,
+    "restart": lambda said, pieces: [*pieces, *said.cued("undo")] if pieces else (),
+}
+"""The pieces that a command is read from, given those with its cue."""
 
 
 def _repeats(said: Remark) -> Iterator[Candidate]:

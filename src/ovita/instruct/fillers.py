@@ -94,18 +94,21 @@ def parts(clause: Constituents, bounds: bool = False) -> PathPart:
     """The part of the path that the clause names."""
     found: list[PathPart] = []
     for i, item in enumerate(clause.items):
-        if i in clause.used:
-            continue
-        if i == 0 and item.text.lower() == "turn":
-            continue  # a verb
-        passed = item.kind == "obj" and item.value == "pass" and not bounds
-        of = None if passed else {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
-        if item.kind == "Hq" and bounds:
-            of = _bounded_part(item)
+        verb = i == 0 and item.text.lower() == "turn"
+        of = None if verb or i in clause.used else _part_named(item, bounds)
         if of is not None:
             clause.used.add(i)
             found.append(of)
     return joined(found)
+
+
+def _part_named(item: Chunk, bounds: bool) -> PathPart | None:
+    """The part of the path that a constituent names; with `bounds` also where it passes by, or is at some height."""
+    if not bounds and item.kind == "obj" and item.value == "pass":
+        return None
+    if bounds and item.kind == "Hq":
+        return _bounded_part(item)
+    return {"rest": REST, "there": THERE}.get(item.kind) or _part_of(item)
 
 
 def _narrower(one: PathPart, other: PathPart) -> bool:
@@ -276,33 +279,33 @@ def turns(clause: Constituents) -> F.Quantity | None:
 def offset(clause: Constituents) -> F.Offset:
     """Directions with their distances, in order."""
     found: list[tuple[Any, F.Quantity | None]] = []
-    waiting: Chunk | None = None
+    waiting: int | None = None  # a length that no direction has taken yet
     for i, item in enumerate(clause.items):
-        if i in clause.used and item.kind not in DIRECTIONS:
-            continue
-        if item.kind in DIRECTIONS or item.kind == "axis_by":
+        if item.kind in DIRECTIONS or (item.kind == "axis_by" and i not in clause.used):
             clause.used.add(i)
-            direction = DIRECTIONS.get(item.kind) or item.value
-            q = _length(waiting) if waiting is not None else item.q
-            if direction not in dict(found):
-                found.append((direction, q))
+            way = DIRECTIONS.get(item.kind) or item.value
+            if way not in dict(found):
+                found.append((way, item.q if waiting is None else _length(clause.items[waiting])))
             waiting = None
-        elif item.number.role not in ("at_least", "at_most", "to") and (item.kind == "Qm" or _metres(item)):
+        elif i not in clause.used and _is_distance(item):
             clause.used.add(i)
             if found and found[-1][1] is None:
                 found[-1] = (found[-1][0], _length(item))
             else:
-                clause.used -= set() if waiting is None else {clause.items.index(waiting)}
-                waiting = item
+                clause.used -= set() if waiting is None else {waiting}
+                waiting = i
     if waiting is not None and len(found) == 1 and found[0][1] is None:
-        found = [(found[0][0], _length(waiting))]
+        found = [(found[0][0], _length(clause.items[waiting]))]
     return tuple(found)
 
 
-def _length(item: Chunk | None) -> F.Quantity | None:
-    if item is None or item.q is None:
-        return None
-    return replace(item.q, unit="m", role="by")
+def _is_distance(item: Chunk) -> bool:
+    """Whether a constituent says how far something moves, not where to, nor a bound."""
+    return item.number.role not in ("at_least", "at_most", "to") and (item.kind == "Qm" or _metres(item))
+
+
+def _length(item: Chunk) -> F.Quantity | None:
+    return None if item.q is None else replace(item.q, unit="m", role="by")
 
 
 def direction(clause: Constituents) -> str | None:

@@ -18,7 +18,7 @@ Span: TypeAlias = tuple[int, int]
 """First character and one past the last of a phrase in the utterance."""
 
 Direction = Literal["left", "right", "front", "back", "up", "down", "x", "-x", "y", "-y", "z", "-z"]
-ENDS: dict[str, Direction] = {
+OPPOSITES: dict[str, Direction] = {
     "left": "right", "right": "left", "front": "back", "back": "front", "up": "down", "down": "up",
     "x": "-x", "-x": "x", "y": "-y", "-y": "y", "z": "-z", "-z": "z",
 }  # fmt: skip
@@ -29,7 +29,9 @@ End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
 Axis = Literal["left", "front", "up", "x", "y", "z"]
 Aim = Literal["", "top", "surface", "beside", "above", "below", "behind"]
-"""What of an object is meant where a path ends, goes or waits there: as usual, on its top, or touching it."""
+"""Where at an object a path ends, passes or waits: "" its centre, the usual; "top" right on top of it; "surface" where
+it is nearest to the path, so that it is touched; "beside" a little off the side that faces the path; "above", "below"
+and "behind" a little off it in that direction."""
 
 
 @dataclass(frozen=True)
@@ -451,27 +453,30 @@ def _plain(frame: SemanticFrame) -> SemanticFrame:
     """A frame without what it implies."""
     match frame:
         case Pace(factor=float() as factor):
-            frame = replace(frame, change="set", amount=Quantity(factor, "x", "to"))
+            return replace(frame, change="set", amount=Quantity(factor, "x", "to"))
         case Pace(change="faster" | "slower" | "constant", amount=Quantity(role="to")):
-            frame = replace(frame, change="set")
-        case Resize(by=Quantity(unit="x" | "%" as unit, value=value), change=change):
-            factor = value if unit == "x" else 1 - value if change == "smaller" else 1 + value if change else value
-            factor = 1 / factor if change == "smaller" and factor > 1 else factor
-            frame = replace(frame, change="", by=Quantity(factor, "x"))
+            return replace(frame, change="set")
+        case Resize(by=Quantity(unit="x" | "%") as by):
+            return replace(frame, change="", by=Quantity(_size_factor(by, frame.change), "x"))
         case Trim(place="goal", cut="after") | StopAt(place=""):
-            frame = StopAt(place="goal", part=frame.part)
+            return StopAt(place="goal", part=frame.part)
         case Trim(cut="after", place=str() as place):
-            frame = StopAt(place=place, part=frame.part)
+            return StopAt(place=place, part=frame.part)
         case Figure(shape="wave", waves=None, turns=Quantity() as turns):
-            frame = replace(frame, waves=turns, turns=None)
+            return replace(frame, waves=turns, turns=None)
         case Figure(shape="circle", turns=Quantity(value=1)):
-            frame = replace(frame, turns=None)
+            return replace(frame, turns=None)
         case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
             forward = [(_RISING.get(word, word), q) for word, q in _forward(offset)]
             return replace(frame, offset=tuple(sorted(forward, key=lambda pair: pair[0])))
-        case Approach() | Clearance() | Side() | Mirror() | Resample():
-            return _unordered(frame)
-    return frame
+    return _unordered(frame)
+
+
+def _size_factor(by: Quantity, change: str) -> float:
+    """How many times as large "20 % larger", "half the size" and "3 times smaller" make the path."""
+    grown = {"": by.value, "smaller": 1 - by.value}.get(change, 1 + by.value)
+    factor = grown if by.unit == "%" else by.value
+    return 1 / factor if change == "smaller" and factor > 1 else factor
 
 
 def _unordered(frame: SemanticFrame) -> SemanticFrame:
@@ -492,19 +497,26 @@ def _unordered(frame: SemanticFrame) -> SemanticFrame:
 
 def canonical_part(part: PathPart) -> PathPart:
     """A part of the path in the one form that equal parts share."""
-    if part.kind == "range" and part.until is None and part.unit == "share" and part.amount is not None:
-        part = PathPart("last", amount=1 - part.amount, unit="share")
-    if part.kind == "range" and not part.amount and part.until is not None:
-        amount = part.until + 1 if part.unit == "waypoints" else part.until
-        part = PathPart("first", amount=amount, unit=part.unit)
-    if part.kind == "between" and len(part.places) == 2:
+    if part.kind == "range":
+        part = _plain_range(part)
+    elif part.kind == "between" and len(part.places) == 2:
         part = replace(part, places=tuple(sorted(part.places, key=str)))
-    if part.kind == "near" and part.places and part.places[0] in ("start", "goal") and part.amount is None:
+    elif part.kind == "near" and part.places and part.places[0] in ("start", "goal") and part.amount is None:
         part = PathPart("first" if part.places[0] == "start" else "last")
     if part.parts:
         part = replace(part, parts=tuple(sorted((canonical_part(p) for p in part.parts), key=repr)))
     unit = "waypoints" if part.amount is None and part.until is None else part.unit
     return replace(part, amount=_six(part.amount), until=_six(part.until), unit=unit)
+
+
+def _plain_range(part: PathPart) -> PathPart:
+    """A range as the first or last so much, where it begins or ends with the path."""
+    if part.until is None:
+        last = part.unit == "share" and part.amount is not None
+        return PathPart("last", amount=1 - (part.amount or 0.0), unit="share") if last else part
+    if part.amount:
+        return part
+    return PathPart("first", amount=part.until + (part.unit == "waypoints"), unit=part.unit)
 
 
 def same(one: tuple[SemanticFrame, ...], other: tuple[SemanticFrame, ...]) -> bool:
@@ -539,7 +551,7 @@ def _forward(offset: Offset) -> Offset:
     for direction, quantity in offset:
         if quantity is not None and quantity.value < 0:
             quantity = replace(quantity, value=-quantity.value)
-            direction = ENDS[direction]
+            direction = OPPOSITES[direction]
         found.append((direction, quantity))
     return tuple(found)
 
@@ -561,15 +573,15 @@ def _rounded(frame: SemanticFrame) -> SemanticFrame:
     for slot in fields(frame):
         value: Any = getattr(frame, slot.name)
         if isinstance(value, Quantity):
-            unit = value.unit or _IMPLIED.get((frame.NAME, slot.name), "" if frame.NAME in _COUNTING else "m")
-            changed[slot.name] = Quantity(
-                _six(value.value) or 0.0, unit if slot.name not in _COUNTS else value.unit, value.role
-            )
+            unit = value.unit if slot.name in _COUNTS else value.unit or _implied_unit(frame.NAME, slot.name)
+            changed[slot.name] = Quantity(_six(value.value) or 0.0, unit, value.role)
         elif slot.name == "offset":
-            changed["offset"] = tuple(
-                (d, None if q is None else Quantity(_six(q.value) or 0.0, q.unit or "m")) for d, q in value
-            )
+            changed["offset"] = tuple((way, q and Quantity(_six(q.value) or 0.0, q.unit or "m")) for way, q in value)
     return replace(frame, **changed)
+
+
+def _implied_unit(name: str, slot: str) -> str:
+    return _IMPLIED.get((name, slot), "" if name in _COUNTING else "m")
 
 
 def with_selection(frames: Sequence[SemanticFrame], selection: PathPart) -> tuple[SemanticFrame, ...]:

@@ -170,29 +170,35 @@ def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
         raise InputError(f"{name!r} is no frame; known are {', '.join(FRAMES)}")
     known = {slot.name for slot in fields(kind)}
     slots: dict[str, Any] = {"sense": name} if kind is F.Approach else {"shape": name} if kind is F.Figure else {}
-    parts: list[PathPart] = []
+    parts = [_part(word[1:], objects) for word in rest if word.startswith("@")]
+    if parts:
+        slots["part"] = both(*parts) if len(parts) > 1 else parts[0]
     offset: list[tuple[Any, F.Quantity | None]] = []
     for word in rest:
         key, _, value = word.partition("=")
-        if word.startswith("@"):
-            parts.append(_part(word[1:], objects))
-        elif key == "deg":
-            slots["degree"] = value
-        elif key in DIRECTIONS and "offset" in known and not (kind is F.Bound and not value):
+        if key in DIRECTIONS and "offset" in known and (value or kind is not F.Bound):
             offset.append((key, quantity(value) if value else None))
-        else:
-            found = _slots(kind, key, value, known, objects) if value else _flag(kind, word, known, objects)
-            if not found:
-                raise InputError(f"{word!r} has no place in {name!r}")
-            slots |= found
-    if parts:
-        slots["part"] = both(*parts) if len(parts) > 1 else parts[0]
+        elif not word.startswith("@"):
+            slots |= _slot(name, kind, word, known, objects)
     if "offset" in known:
         slots["offset"] = tuple(offset)
     try:
         return kind(**_completed(kind, slots))
     except TypeError:
         raise InputError(f"{' '.join(words)!r} lacks something that {name!r} needs") from None
+
+
+def _slot(
+    name: str, kind: type[F.SemanticFrame], word: str, known: Collection[str], objects: Collection[str]
+) -> dict[str, Any]:
+    """The slots that a word fills."""
+    key, _, value = word.partition("=")
+    if key == "deg":
+        return {"degree": value}
+    found = _slots(kind, key, value, known, objects) if value else _flag(kind, word, known, objects)
+    if not found:
+        raise InputError(f"{word!r} has no place in {name!r}")
+    return found
 
 
 def _completed(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> dict[str, Any]:
@@ -325,26 +331,35 @@ def _edit(words: list[str], objects: Collection[str]) -> E.Edit:
         return E.Also(frame=_frame(words, objects))
     on = next((word[3:] for word in rest if word.startswith("on=")), "")
     rest = [word for word in rest if not word.startswith("on=")]
-    match name:
-        case "scale":
-            return _rescale(rest, on)
-        case "drop":
-            return E.Drop(on=on or (rest[0] if rest else ""))
-        case "flip":
-            return E.Flip(on=on)
-        case "again":
-            return E.Again(on=on)
-        case "undo" | "redo" | "restart" | "accept" | "explain":
-            return E.Command(command=name, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
-    if name not in EDITS or not rest:
+    if name in _WITHOUT_MORE:
+        return _WITHOUT_MORE[name](rest, on)
+    if name in ("undo", "redo", "restart", "accept", "explain"):
+        command: Any = name
+        return E.Command(command=command, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
+    if name not in _WITH_MORE or not rest:
         raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
-    if name == "also":
-        return E.Also(on=on, frame=_frame(rest, objects))
-    if name in ("set", "replace"):
-        return (_set if name == "set" else _replace)(rest[0], on, objects)
-    parts = [_part(word.lstrip("@"), objects) for word in rest]
-    part = both(*parts) if len(parts) > 1 else parts[0]
-    return E.Restrict(on=on, part=part) if name == "restrict" else E.Except(on=on, part=part)
+    return _WITH_MORE[name](rest, on, objects)
+
+
+def _parts(words: list[str], objects: Collection[str]) -> PathPart:
+    parts = [_part(word.lstrip("@"), objects) for word in words]
+    return both(*parts) if len(parts) > 1 else parts[0]
+
+
+_WITHOUT_MORE: dict[str, Callable[[list[str], str], E.Edit]] = {
+    "scale": lambda rest, on: _rescale(rest, on),
+    "drop": lambda rest, on: E.Drop(on=on or (rest[0] if rest else "")),
+    "flip": lambda rest, on: E.Flip(on=on),
+    "again": lambda rest, on: E.Again(on=on),
+}
+_WITH_MORE: dict[str, Callable[[list[str], str, Collection[str]], E.Edit]] = {
+    "also": lambda rest, on, objects: E.Also(on=on, frame=_frame(rest, objects)),
+    "set": lambda rest, on, objects: _set(rest[0], on, objects),
+    "replace": lambda rest, on, objects: _replace(rest[0], on, objects),
+    "restrict": lambda rest, on, objects: E.Restrict(on=on, part=_parts(rest, objects)),
+    "except": lambda rest, on, objects: E.Except(on=on, part=_parts(rest, objects)),
+}
+"""Edits that stand alone, and those that say what or where."""
 
 
 def _rescale(words: list[str], on: str) -> E.Rescale:
@@ -458,25 +473,17 @@ def _parts_shown(part: PathPart) -> list[str]:
 
 
 def _part_shown(part: PathPart) -> str:
-    along = {"share": "%", "m": "m", "s": "s", "waypoints": "wp"}[part.unit]
-    scale = 100 if part.unit == "share" else 1
     places = "+".join(_word(p) if isinstance(p, str) else "+".join(map(_word, p["between"])) for p in part.places)
     match part.kind:
         case "near":
             return f"near={places}" + ("" if part.amount is None else f",{part.amount:.6g}m")
-        case "first" | "last" | "middle" | "turns":
-            return part.kind + ("" if part.amount is None else f"={part.amount * scale:.6g}{along}")
-        case "range":
-            low = (part.amount or 0.0) * scale + (1 if part.unit == "waypoints" else 0)
-            if part.until is None:
-                return f"after={low:.6g}{along}"
-            high = part.until * scale + (1 if part.unit == "waypoints" else 0)
-            return f"range={low:.6g}-{high:.6g}" + ("" if part.unit == "waypoints" else along)
+        case "first" | "last" | "middle" | "turns" | "range":
+            return _stretch_shown(part)
         case "heading":
             return {"up": "rising", "down": "falling"}.get(part.direction, f"heading={part.direction}")
         case "beyond":
-            amount = part.amount or 0.0
-            return f"beyond={part.direction},{(-amount if part.direction == 'down' else amount) + 0.0:.6g}m"
+            amount = (part.amount or 0.0) * (-1 if part.direction == "down" else 1)
+            return f"beyond={part.direction},{amount + 0.0:.6g}m"
         case "every":
             return f"every={part.amount or 1:g}"
         case "indices":
@@ -484,21 +491,36 @@ def _part_shown(part: PathPart) -> str:
     return f"{part.kind}={places}"
 
 
+def _stretch_shown(part: PathPart) -> str:
+    """A part that is told by how far along the path it begins and ends; waypoints count from 1."""
+    unit = {"share": "%", "m": "m", "s": "s", "waypoints": "wp"}[part.unit]
+    scale, first = 100 if part.unit == "share" else 1, 1 if part.unit == "waypoints" else 0
+    if part.kind != "range":
+        return part.kind + ("" if part.amount is None else f"={part.amount * scale:.6g}{unit}")
+    low = (part.amount or 0.0) * scale + first
+    if part.until is None:
+        return f"after={low:.6g}{unit}"
+    return f"range={low:.6g}-{part.until * scale + first:.6g}" + ("" if part.unit == "waypoints" else unit)
+
+
 def _edit_shown(edit: E.Edit) -> str:
+    if isinstance(edit, E.Also):
+        return f"also {_shown(edit.frame)}"
+    if isinstance(edit, E.Command):
+        return edit.command if edit.steps == 1 else f"{edit.command} {edit.steps}"
+    on = f"on={edit.on}" if edit.on and not isinstance(edit, E.Drop) else edit.on
+    return " ".join(word for word in (edit.NAME, *_change_shown(edit), on) if word)
+
+
+def _change_shown(edit: E.Edit) -> list[str]:
+    """What an edit changes to, in words of the notation."""
     match edit:
-        case E.Also(frame=frame):
-            return "also " + _shown(frame)
-        case E.Command(command=command, steps=steps):
-            return command if steps == 1 else f"{command} {steps}"
         case E.Rescale(change=change, factor=factor, degree=degree):
-            said = [f"{factor:.6g}x" if factor is not None else change, f"deg={degree}" if degree else ""]
+            return [f"{factor:.6g}x" if factor is not None else change, f"deg={degree}" if degree else ""]
         case E.Set(slot=slot, quantity=q, step=step):
-            said = [f"{_KEY_OF.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}"]
+            return [f"{_KEY_OF.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}"]
         case E.Replace(direction=direction, objects=names, end=end):
-            said = [direction or end or "obj=" + "+".join(map(_word, names))]
+            return [direction or end or "obj=" + "+".join(map(_word, names))]
         case E.Restrict(part=part) | E.Except(part=part):
-            said = _parts_shown(part)
-        case _:
-            said = []
-    said += [f"on={edit.on}"] if edit.on and not isinstance(edit, E.Drop) else [edit.on]
-    return " ".join(word for word in [edit.NAME, *said] if word)
+            return _parts_shown(part)
+    return []

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import cast
 
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, aiming, argument
+from ovita.instruct.builder import PolicyBuilder, aiming, argument, short
 from ovita.instruct.lexicon import nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed_at, degree, size, steps, tolerance, usual_gap
 from ovita.paths.geometry import closest_to_point
@@ -17,28 +18,24 @@ from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
 
 
-def approach(d: PolicyBuilder, frame: F.Approach) -> None:
+def approach(builder: PolicyBuilder, frame: F.Approach) -> None:
     """Nearer to objects, never through the surface, or farther from them."""
     for name in frame.objects:
-        (_closer if frame.sense == "closer" else _farther)(d, frame, d.scene[name])
+        (_closer if frame.sense == "closer" else _farther)(builder, frame, builder.scene[name])
 
 
-def _gap_metres(d: PolicyBuilder) -> float:
+def _gap_metres(builder: PolicyBuilder) -> float:
     """The least distance to a surface [m]: a centimetre, or less in a small scene."""
-    return min(0.01, nice(0.005 * d.scale.extent))
+    return min(0.01, nice(0.005 * builder.scale.extent))
 
 
-def _gap(d: PolicyBuilder) -> str:
-    return "" if _gap_metres(d) == 0.01 else f", gap={_gap_metres(d):g}"
+def _gap(builder: PolicyBuilder) -> str:
+    return "" if _gap_metres(builder) == 0.01 else f", gap={_gap_metres(builder):g}"
 
 
-def _reach(d: PolicyBuilder, where: str) -> str:
+def _reach(builder: PolicyBuilder, where: str) -> str:
     """On a part that is named, all of it comes closer or goes farther, not only what is nearest."""
-    return f", reach={nice(4 * d.scale.extent):g}" if where else ""
-
-
-def _distance(d: PolicyBuilder, item: SceneObject) -> float:
-    return closest_to_point(d.positions, item.position)[0]
+    return f", reach={nice(4 * builder.scale.extent):g}" if where else ""
 
 
 def surface_distance(item: SceneObject, positions: Array) -> float:
@@ -48,274 +45,323 @@ def surface_distance(item: SceneObject, positions: Array) -> float:
     return float(item.cuboid.closest(positions)[0])
 
 
-def _closer(d: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
-    where, part = d.part(frame.part)
-    now, q = _distance(d, item), frame.by
-    if q is None:
-        by = d.scale.step("slight")
-        if frame.degree != "slight":
-            by = APPROACH[degree(frame)] * (now + 0.1 * d.scale.extent)
-        by = nice(d.effort * by)
-        d.assume(f'"closer to {item.name}" is {by:g} m closer')
+def _closer(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
+    where, part = builder.part(frame.part)
+    by = _usual_pull(builder, frame, item) if frame.by is None else _stated_pull(builder, frame.by, item)
+    ref, meaning = builder.ref(item), f"how much closer to {item.name}"
+    name = builder.knob("closer_by", by, "by", meaning, "by", about=item.name, direction="closer")
+    stated = "" if frame.by is None or where else f", {name}"
+    further = f"{_gap(builder)}{_reach(builder, where)}{argument(where)}{builder.hold()}"
+    builder.add(
+        f"traj = closer(traj, {ref}, {name}{further})",
+        f"Bring the path {by:g} m closer to {item.name}{part}.",
+        f"expect_closer({ref}{stated}{argument(where)})",
+    )
+
+
+def _usual_pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float:
+    """How much closer to an object suits the scene [m]."""
+    if frame.degree == "slight":
+        by = builder.scale.step("slight")
     else:
-        share = 1 - 1 / max(q.value, 1.01) if q.unit == "x" and q.value > 1 else q.value
-        by = nice(now * (1 - share if q.unit == "x" and q.value <= 1 else share)) if q.unit in ("x", "%") else 0.0
-        by = by or d.metres(q, now, f"closer to {item.name}")
-        most = surface_distance(item, d.positions)
-        if by > most + 1e-9:
-            d.assume(f"closer to {item.name} ends at its surface, {max(most, 0.0):.3g} m closer, not {by:g} m")
-    ref = d.ref(item)
-    name = d.knob("closer_by", by, "by", f"how much closer to {item.name}", "by", about=item.name, direction="closer")
-    stated = "" if q is None or where else f", {name}"
-    d.add(f"traj = closer(traj, {ref}, {name}{_gap(d)}{_reach(d, where)}{argument(where)}{d.hold()})",
-          f"Bring the path {by:g} m closer to {item.name}{part}.",
-          f"expect_closer({ref}{stated}{argument(where)})")  # fmt: skip
+        now = closest_to_point(builder.positions, item.position)[0]
+        by = APPROACH[degree(frame)] * (now + 0.1 * builder.scale.extent)
+    by = nice(builder.effort * by)
+    builder.assume(f'"closer to {item.name}" is {by:g} m closer')
+    return by
 
 
-def _farther(d: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
-    where, part = d.part(frame.part)
-    ref, q = d.ref(item), frame.by
+def _stated_pull(builder: PolicyBuilder, q: F.Quantity, item: SceneObject) -> float:
+    """How much closer to an object is said [m]: by a length, by a share of the distance, or to a share of it."""
+    now, most = closest_to_point(builder.positions, item.position)[0], surface_distance(item, builder.positions)
+    left = {"%": 1 - q.value, "x": 1 / max(q.value, 1.01) if q.value > 1 else q.value}.get(q.unit, 1.0)
+    by = nice(now * (1 - left)) or builder.metres(q, now, f"closer to {item.name}")
+    if by > most + 1e-9:
+        builder.assume(f"closer to {item.name} ends at its surface, {max(most, 0.0):.3g} m closer, not {by:g} m")
+    return by
+
+
+def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
+    where, part = builder.part(frame.part)
+    ref, q, about = builder.ref(item), frame.by, item.name
     promise = f"expect_farther({ref}{argument(where)})"
     if q is not None and q.unit in ("x", "%"):
         times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
-        meaning = f"factor on the distance to {item.name}"
-        name = d.knob("times", times, "factor", meaning, "by", unit="", about=item.name, direction="away")
-        d.add(f"traj = farther(traj, {ref}, times={name}{argument(where)}{d.hold()})",
-              f"Multiply the distance to {item.name} by {times:g}{part}.", promise)  # fmt: skip
+        meaning = f"factor on the distance to {about}"
+        name = builder.knob("times", times, "factor", meaning, "by", unit="", about=about, direction="away")
+        call = f"traj = farther(traj, {ref}, times={name}{argument(where)}{builder.hold()})"
+        builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
     if q is None:
-        by = d.scale.step(degree(frame))
-        now, was = item.distance(d.positions), item.distance(d.trajectory.positions)
-        gain = min(float(now.min() - was.min()), float(now.mean() - was.mean()))
+        by, gain = builder.scale.step(degree(frame)), _gained(builder, item)
         if gain >= by and not where:
-            d.add("", f"This already takes the path {gain:.3g} m farther from {item.name}.", promise)
+            builder.add("", f"This already takes the path {gain:.3g} m farther from {about}.", promise)
             return
-        d.assume(f'"away from {item.name}" is {by:g} m farther')
-        by = nice(d.effort * _push_needed(d, item, by))
+        builder.assume(f'"away from {about}" is {by:g} m farther')
+        by = nice(builder.effort * _push_needed(builder, item, by))
     else:
-        by = d.metres(q, 1.0, f"farther from {item.name}")
-    name = d.knob("farther_by", by, "by", f"how much farther from {item.name}", "by", about=item.name, direction="away")
-    d.add(f"traj = farther(traj, {ref}, {name}{_reach(d, where)}{argument(where)}{d.hold()})",
-          f"Take the path {by:g} m farther from {item.name}{part}.", promise)  # fmt: skip
+        by = builder.metres(q, 1.0, f"farther from {about}")
+    name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
+    call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{argument(where)}{builder.hold()})"
+    builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
 
 
-def _push_needed(d: PolicyBuilder, item: SceneObject, gain: float) -> float:
+def _gained(builder: PolicyBuilder, item: SceneObject) -> float:
+    """How much farther from an object the steps before have taken the path, at its nearest and on average [m]."""
+    now, was = item.distance(builder.positions), item.distance(builder.trajectory.positions)
+    return min(float(now.min() - was.min()), float(now.mean() - was.mean()))
+
+
+def _push_needed(builder: PolicyBuilder, item: SceneObject, gain: float) -> float:
     """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
 
     Shifts before may have brought it closer, and along the directions that are held the push does not act.
     """
-    away = d.positions - item.position
+    away = builder.positions - item.position
     i = int(np.argmin(np.linalg.norm(away, axis=1)))
     free = away[i].copy()
-    for word in d.exact:
-        axis = d.scene.frame.direction(word)
+    for word in builder.exact:
+        axis = builder.axis(word)
         free -= float(free @ axis) * axis
     now, length = float(np.linalg.norm(away[i])), float(np.linalg.norm(free))
-    wanted = float(item.distance(d.trajectory.positions).min()) + gain
+    wanted = float(item.distance(builder.trajectory.positions).min()) + gain
     across = max(now**2 - length**2, 0.0)
     needed = (max(wanted**2 - across, 0.0) ** 0.5 - length) * now / max(length, 0.05 * now, 1e-9)
     return float(np.clip(needed, gain, 2.5 * gain))
 
 
-def clearance(d: PolicyBuilder, frame: F.Clearance) -> None:
+def clearance(builder: PolicyBuilder, frame: F.Clearance) -> None:
     """At least so far from objects, or at most so far all along; else so near at the closest approach to each."""
-    q = frame.distance
-    items = [d.scene[name] for name in frame.objects]
+    q, names = frame.distance, " and ".join(frame.objects)
+    items = [builder.scene[name] for name in frame.objects]
     if q.role == "at_least" and q.value == 0:
-        metres = max(usual_gap(d), *(d.room(item) for item in items))
-        d.assume(f"clear of {' and '.join(frame.objects)} is at least {metres:g} m from the surface")
+        metres = max(usual_gap(builder), *(builder.room(item) for item in items))
+        builder.assume(f"clear of {names} is at least {metres:g} m from the surface")
     else:
-        metres = d.metres(q, 1.0, "from " + " and ".join(frame.objects))
-    where, part = d.part(frame.part)
-    if q.role in ("at_most", "at") and not frame.along:
-        for item in items:
-            _come_within(d, item, metres, q.role, where, part)
-    else:
-        _hold(d, items, metres, q.role if q.role in ("at_most", "at") else "at_least", where, part)
+        metres = builder.metres(q, 1.0, f"from {names}")
+    where, part = builder.part(frame.part)
+    nearing = q.role in ("at_most", "at")
+    if not nearing or frame.along:
+        _hold(builder, items, metres, q.role if nearing else "at_least", where, part)
+        return
+    for item in items:
+        _come_within(builder, item, metres, q.role, where, part)
 
 
-def _hold(d: PolicyBuilder, items: Sequence[SceneObject], metres: float, bound: str, where: str, part: str) -> None:
+def _hold(
+    builder: PolicyBuilder, items: Sequence[SceneObject], metres: float, bound: str, where: str, part: str
+) -> None:
     """A distance to objects that is kept all along."""
-    least, told = bound == "at_least", bound.replace("_", " ")
-    name = d.knob("distance", metres, "at_least" if least else "at_most", f"distance to keep, {told}", "distance",
-                  about=items[0].name if len(items) == 1 else "", direction="away" if least else "closer")  # fmt: skip
-    for item in () if least else items:
-        _reached(d, item, metres)
-    refs = [d.ref(item) for item in items]
+    told, about = bound.replace("_", " "), items[0].name if len(items) == 1 else ""
+    role, direction = ("at_least", "away") if bound == "at_least" else ("at_most", "closer")
+    meaning = f"distance to keep, {told}"
+    name = builder.knob("distance", metres, cast(Role, role), meaning, "distance", about=about, direction=direction)
+    if role == "at_most":
+        _reached(builder, items, metres)
+    refs = [builder.ref(item) for item in items]
     code = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
     call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
-    d.distances += [(item, metres, call) for item in items] if least and not where else []
-    d.add(call, f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}.",
-          *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))  # fmt: skip
+    if role == "at_least" and not where:
+        builder.distances += [(item, metres, call) for item in items]
+    plan = f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}."
+    builder.add(call, plan, *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))
 
 
-def _reached(d: PolicyBuilder, item: SceneObject, metres: float) -> None:
-    """A greatest distance is measured to the centre, which must not lie farther in than that."""
-    d.assume(f"{metres:g} m from {item.name} is measured to its centre")
-    if item.radius > metres:
-        d.ask(f"{item.name} itself reaches {item.radius:.3g} m from its centre: how far from that may the path be?")
+def _reached(builder: PolicyBuilder, items: Sequence[SceneObject], metres: float) -> None:
+    """A greatest distance is measured to the centres, which must not lie farther in than that."""
+    for item in items:
+        builder.assume(f"{metres:g} m from {item.name} is measured to its centre")
+        if item.radius > metres:
+            builder.ask(
+                f"{item.name} itself reaches {item.radius:.3g} m from its centre: how far from that may the path be?"
+            )
 
 
-def _come_within(d: PolicyBuilder, item: SceneObject, metres: float, bound: str, where: str, part: str) -> None:
+def _come_within(builder: PolicyBuilder, item: SceneObject, metres: float, bound: str, where: str, part: str) -> None:
     """Bring the closest stretch so near to an object's surface; what is nearer stays, or moves out if "at" is asked."""
-    ref, exact = d.ref(item), bound == "at"
-    now = surface_distance(item, d.positions)
+    ref, exact = builder.ref(item), bound == "at"
+    now = surface_distance(item, builder.positions)
     sentence = f"{'Pass' if exact else 'Come within'} {metres:g} m {'from' if exact else 'of'} {item.name}{part}."
     meaning = f"distance to {item.name}, {'exactly' if exact else 'at most'}"
     role: Role = "at" if exact else "at_most"
-    name = d.knob("distance", metres, role, meaning, "distance", about=item.name, direction="away")
+    name = builder.knob("distance", metres, role, meaning, "distance", about=item.name, direction="away")
     if not exact and not where and now <= metres + 1e-6:
-        within = closest_to_point(d.positions, item.position)[0] - now
-        d.add("", sentence, f"expect_visits({ref}, within={name} + {within:.4g})", holds=True)
+        within = closest_to_point(builder.positions, item.position)[0] - now
+        builder.add("", sentence, f"expect_visits({ref}, within={name} + {within:.4g})", holds=True)
         return
     promise = f"expect_distance({ref}, nearest={name}{argument(where)})"
-    d.add(f"traj = pass_at(traj, {ref}, {name}{argument(where)})", sentence, promise)
+    builder.add(f"traj = pass_at(traj, {ref}, {name}{argument(where)})", sentence, promise)
 
 
-def visit(d: PolicyBuilder, frame: F.Visit) -> None:
+def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
     """Through objects in their order, between two, over one or under one."""
+    items = [builder.scene[name] for name in frame.objects]
     if frame.relation == "between":
-        a, b = (d.scene[name] for name in (*frame.objects, *frame.objects)[:2])
-        code = f"midpoint({d.ref(a)}, {d.ref(b)})"
-        plan = f"Bend the path through the midpoint of {a.name} and {b.name}."
-        d.add(f"traj = go_through(traj, {code}{_width(d)})", plan, f"expect_visits({code}, within={tolerance(d)})")
+        a, b = (*items, *items)[:2]
+        code = f"midpoint({builder.ref(a)}, {builder.ref(b)})"
+        _through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.")
         return
-    items = [d.scene[name] for name in frame.objects]
     for item in items:
-        if frame.aim == "beside":
-            gap = max(d.scale.step("slight"), d.room(item))
-            d.assume(f'"by {item.name}" is {gap:g} m from it')
-            _come_within(d, item, gap, "at", "", "")
-        elif frame.relation == "at":
-            ref = d.ref(item)
-            aim, words = aiming(frame.aim), aimed_at(d, item.name, frame.aim, item)
-            d.add(f"traj = go_through(traj, {ref}{aim}{_width(d)})",
-                  f"Bend the path {'to' if aim else 'through'} {words}.",
-                  f"expect_visits({ref}, within={tolerance(d)}{aim})")  # fmt: skip
-        else:
-            _over(d, frame, item, "up" if frame.relation == "over" else "down")
-    places = [closest_to_point(d.positions, item.position)[1] for item in items]
+        _visit_one(builder, frame, item)
+    places = [closest_to_point(builder.positions, item.position)[1] for item in items]
     if places != sorted(places):
-        d.assume("the objects are visited in the order in which the path comes by them")
+        builder.assume("the objects are visited in the order in which the path comes by them")
 
 
-def _width(d: PolicyBuilder) -> str:
+def _visit_one(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
+    if frame.aim == "beside":
+        gap = max(builder.scale.step("slight"), builder.room(item))
+        builder.assume(f'"by {item.name}" is {gap:g} m from it')
+        _come_within(builder, item, gap, "at", "", "")
+    elif frame.relation == "at":
+        aim, words = aiming(frame.aim), aimed_at(builder, item.name, frame.aim, item)
+        _through(builder, builder.ref(item), f"Bend the path {'to' if aim else 'through'} {words}.", aim)
+    else:
+        _over(builder, frame, item, "up" if frame.relation == "over" else "down")
+
+
+def _through(builder: PolicyBuilder, code: str, plan: str, offset: str = "") -> None:
+    """Bend the path through a place, or a place beside it, and promise that it comes by there."""
+    promise = f"expect_visits({code}, within={tolerance(builder)}{offset})"
+    builder.add(f"traj = go_through(traj, {code}{offset}{_width(builder)})", plan, promise)
+
+
+def _width(builder: PolicyBuilder) -> str:
     """A narrower bend where there are several, so that they do not disturb each other."""
-    return ", width=0.15" if sum(isinstance(f, F.Side | F.Visit) for f in d.frames) > 1 else ""
+    return ", width=0.15" if sum(isinstance(f, F.Side | F.Visit) for f in builder.frames) > 1 else ""
 
 
-def _over(d: PolicyBuilder, frame: F.Visit | F.Hop, item: SceneObject, side: str) -> None:
+def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject, side: str) -> None:
     """Over or under an object: past its vertical axis, so far above its top or below its bottom."""
-    axis = d.scene.frame.direction(side)
-    half, q = extent(item, axis), frame.by
-    word, end = ("above", "top") if side == "up" else ("below", "bottom")
-    close = frame.degree == "slight"
-    usual = usual_gap(d) if close else nice(item.radius - half + d.scale.step("slight"))
-    gap = max(usual, d.room(item)) if q is None else d.metres(q, d.scale.extent, word)
+    axis, q, close = builder.axis(side), frame.by, frame.degree == "slight"
+    half = extent(item, axis)
+    over, word, end, knob = (
+        ("over", "above", "top", "height") if side == "up" else ("under", "below", "bottom", "depth")
+    )
+    gap = _gap_over(builder, frame, item, axis) if q is None or close else builder.metres(q, builder.scale.extent, word)
     if close:
-        d.assume(f"close {word} {item.name} is {gap:g} m {word} its {end}")
+        builder.assume(f"close {word} {item.name} is {gap:g} m {word} its {end}")
     elif q is None:
-        passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
-        above = float((passing - item.position) @ axis) - half
-        gap = max(gap, float(f"{above - 0.005 * abs(above):.3g}"))  # never nearer than it is
-        d.assume(f'"{word} {item.name}" is {gap:g} m {word} its {end}')
-    passed = _passes(d, item, axis)
-    ref, sentence = d.ref(item), f"Bend the path {'over' if side == 'up' else 'under'} {item.name}, {gap:g} m"
-    name = d.knob("height" if side == "up" else "depth", gap, "to" if q is None else q.role if q.role != "by" else "to",
-                  f"distance {word} the {end} of {item.name}", "by", about=item.name, direction=side)  # fmt: skip
-    centre = f"{name} + {float(f'{half:.6g}')!r}" if half else name
-    within = tolerance(d) / 2
+        builder.assume(f'"{word} {item.name}" is {gap:g} m {word} its {end}')
+    passed = _passes(builder, item, axis)
+    ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
+    meaning = f"distance {word} the {end} of {item.name}"
+    name = builder.knob(knob, gap, cast(Role, role), meaning, "by", about=item.name, direction=side)
+    within = tolerance(builder) / 2
     promise = f"expect_side({word!r}, {name}, of={ref}, within={within})"
-    loose = (q is None and not close) or (q is not None and q.role == "at_least")
+    loose = not close if q is None else q.role == "at_least"
     if passed >= half + gap - 1e-6 and (loose or passed <= half + gap + within):
         said = f"The path already passes {passed - half:.3g} m {word} the {end} of {item.name}."
-        d.add("", said, promise, holds=True)
+        builder.add("", said, promise, holds=True)
         return
-    d.add(f"traj = go_through(traj, {ref}, {side}={centre}{_width(d)})", f"{sentence} {word} its {end}.", promise)
+    call = f"traj = go_through(traj, {ref}, {side}={_beyond(name, half)}{_width(builder)})"
+    builder.add(call, f"Bend the path {over} {item.name}, {gap:g} m {word} its {end}.", promise)
 
 
-def _passes(d: PolicyBuilder, item: SceneObject, axis: Array) -> float:
+def _beyond(name: str, half: float) -> str:
+    """Code of a distance from an object's centre that counts from its surface, `half` metres out."""
+    return f"{name} + {short(half)!r}" if half else name
+
+
+def _gap_over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject, axis: Array) -> float:
+    """How far above or below an object suits the scene [m]: close to it, or no nearer than the path is."""
+    half = extent(item, axis)
+    close = frame.degree == "slight"
+    usual = usual_gap(builder) if close else nice(item.radius - half + builder.scale.step("slight"))
+    gap = max(usual, builder.room(item))
+    above = float((builder.passing(item.position) - item.position) @ axis) - half
+    return gap if close else max(gap, float(f"{above - 0.005 * abs(above):.3g}"))
+
+
+def _passes(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
     """How far beyond an object's centre along an axis the path passes over its footprint [m]; -inf if beside it."""
-    path = d.positions
+    path = builder.positions
     fine = interpolate(path, source_indices(path, 500, "arc_length")) - item.position
     along = fine @ axis
     aside = np.linalg.norm(fine - along[:, None] * axis, axis=1)
-    inside = aside <= max(tolerance(d), 0.5 * item.radius if item.dimensions is not None else 0.0)
-    return float(along[inside].min()) if inside.any() and aside.min() <= tolerance(d) / 2 else -np.inf
+    inside = aside <= max(tolerance(builder), 0.5 * item.radius if item.dimensions is not None else 0.0)
+    return float(along[inside].min()) if inside.any() and aside.min() <= tolerance(builder) / 2 else -np.inf
 
 
-def hop(d: PolicyBuilder, frame: F.Hop) -> None:
+def hop(builder: PolicyBuilder, frame: F.Hop) -> None:
     """Over objects and down again."""
-    for item in map(d.scene.__getitem__, frame.objects):
-        gap = size(d, frame, frame.by, f"the height above {item.name}", 0.8) if frame.by else _leap(d, frame, item)
-        name = d.knob("height", gap, "to", f"height above the top of {item.name}", "by", about=item.name,
-                      direction="up")  # fmt: skip
-        ref = d.ref(item)
-        d.add(f"traj = hop(traj, {ref}, {name})", f"Hop over {item.name}, {gap:g} m above it.",
-              f"expect_side('above', {name}, of={ref}, within={tolerance(d) / 2})")  # fmt: skip
+    for item in map(builder.scene.__getitem__, frame.objects):
+        told = f"the height above {item.name}"
+        gap = size(builder, frame, frame.by, told, 0.8) if frame.by else _leap(builder, item)
+        name, ref = _height_above(builder, item, gap), builder.ref(item)
+        promise = f"expect_side('above', {name}, of={ref}, within={tolerance(builder) / 2})"
+        builder.add(f"traj = hop(traj, {ref}, {name})", f"Hop over {item.name}, {gap:g} m above it.", promise)
 
 
-def _leap(d: PolicyBuilder, frame: F.Hop, item: SceneObject) -> float:
+def _height_above(builder: PolicyBuilder, item: SceneObject, gap: float) -> str:
+    meaning = f"height above the top of {item.name}"
+    return builder.knob("height", gap, "to", meaning, "by", about=item.name, direction="up")
+
+
+def _leap(builder: PolicyBuilder, item: SceneObject) -> float:
     """How high to jump over an object: clearly above its top, and above the path as it is."""
-    up = d.scene.frame.direction("up")
-    usual = d.scale.step("moderate") * 0.8
-    passing = interpolate(d.positions, np.array([closest_to_point(d.positions, item.position)[1]]))[0]
-    above = float((passing - item.position) @ up) - extent(item, up)
+    up, usual = builder.axis("up"), builder.scale.step("moderate") * 0.8
+    above = float((builder.passing(item.position) - item.position) @ up) - extent(item, up)
     gap = nice(max(usual, above + 0.5 * usual))
-    d.assume(f"the height above {item.name} is {gap:g} m")
+    builder.assume(f"the height above {item.name} is {gap:g} m")
     return gap
 
 
-def hover(d: PolicyBuilder, frame: F.Hover) -> None:
+def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
     """Above an object, and wait there."""
-    for item in map(d.scene.__getitem__, frame.objects):
-        top = extent(item, d.scene.frame.direction("up"))
-        gap = (max(nice(item.radius - top + d.scale.step("slight")), d.room(item)) if frame.by is None
-               else d.metres(frame.by, d.scale.extent, f"above {item.name}"))  # fmt: skip
+    for item in map(builder.scene.__getitem__, frame.objects):
+        top = extent(item, builder.axis("up"))
         if frame.by is None:
-            d.assume(f'"above {item.name}" is {gap:g} m above its top')
-        name = d.knob("height", gap, "to", f"height above the top of {item.name}", "by", about=item.name,
-                      direction="up")  # fmt: skip
-        count = steps(d, frame.duration)
-        ref, up = d.ref(item), f"{name} + {float(f'{top:.6g}')!r}" if top else name
-        d.add(f"traj = hover(traj, {ref}, {up}, steps={count})",
-              f"Hover {gap:g} m above {item.name} for {d.parameters[count].value} timesteps.",
-              f"expect_visits({ref}, within={tolerance(d)}, up={up})",
-              f"expect_stop(near={ref}, up={up})")  # fmt: skip
-
-
-def side(d: PolicyBuilder, frame: F.Side) -> None:
-    """Pass objects on one side; stay there where the ends do."""
-    word = d.word(frame.direction)
-    axis = d.scene.frame.direction(word)
-    where, part = d.part(frame.part)
-    for item in map(d.scene.__getitem__, frame.objects):
-        ref, half, words = d.ref(item), extent(item, axis), f"{OF[word]} {item.name}"
-        kept = [f.distance.value for f in d.frames if isinstance(f, F.Clearance) and item.name in f.objects]
-        gap = max([d.scale.step("slight"), d.room(item), *(nice(item.radius - half + metres) for metres in kept)])
-        d.assume(f"the distance kept {words} is {gap:g} m")
-        reach = (d.positions - item.position) @ axis
-        name = d.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
-        if where or frame.along or min(reach[0], reach[-1]) >= half + gap:
-            d.add(f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
-                  f"Stay {words} by at least {gap:g} m{part}.",
-                  f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
-                  holds=not where and bool((reach >= half + gap).all()))  # fmt: skip
+            gap = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item))
+            builder.assume(f'"above {item.name}" is {gap:g} m above its top')
         else:
-            _pass_by(d, item, word, name, half)
+            gap = builder.metres(frame.by, builder.scale.extent, f"above {item.name}")
+        name, count = _height_above(builder, item, gap), steps(builder, frame.duration)
+        ref, up = builder.ref(item), _beyond(name, top)
+        builder.add(
+            f"traj = hover(traj, {ref}, {up}, steps={count})",
+            f"Hover {gap:g} m above {item.name} for {builder.parameters[count].value} timesteps.",
+            f"expect_visits({ref}, within={tolerance(builder)}, up={up})",
+            f"expect_stop(near={ref}, up={up})",
+        )
 
 
-def _pass_by(d: PolicyBuilder, item: SceneObject, word: str, name: str, half: float) -> None:
+def side(builder: PolicyBuilder, frame: F.Side) -> None:
+    """Pass objects on one side; stay there where the ends do."""
+    word = builder.word(frame.direction)
+    axis = builder.axis(word)
+    where, part = builder.part(frame.part)
+    for item in map(builder.scene.__getitem__, frame.objects):
+        half, gap = extent(item, axis), _gap_beside(builder, item, axis)
+        words = f"{OF[word]} {item.name}"
+        builder.assume(f"the distance kept {words} is {gap:g} m")
+        reach = (builder.positions - item.position) @ axis
+        name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
+        if not (where or frame.along or min(reach[0], reach[-1]) >= half + gap):
+            _pass_by(builder, item, word, name, half)
+            continue
+        ref = builder.ref(item)
+        builder.add(
+            f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
+            f"Stay {words} by at least {gap:g} m{part}.",
+            f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
+            holds=not where and bool((reach >= half + gap).all()),
+        )
+
+
+def _gap_beside(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
+    """How far on one side of an object to pass it [m], no nearer than a distance to keep from it that is told."""
+    told = [f.distance.value for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
+    kept = (nice(item.radius - extent(item, axis) + metres) for metres in told)
+    return max(builder.scale.step("slight"), builder.room(item), *kept)
+
+
+def _pass_by(builder: PolicyBuilder, item: SceneObject, word: str, name: str, half: float) -> None:
     """A bend that passes an object on one side, where an end of the path lies on the other."""
-    up = d.scene.frame.direction("up")
-    share, ref = closest_to_point(d.positions, item.position)[1], d.ref(item)
-    rise = float((interpolate(d.positions, np.array([share]))[0] - item.position) @ up)
-    aside = f"{name} + {float(f'{half:.6g}')!r}" if half else name
+    rise = float((builder.passing(item.position) - item.position) @ builder.axis("up"))
     level = "" if abs(rise) < 1e-6 or word in ("up", "down") else f", {'up' if rise > 0 else 'down'}={abs(rise):.6g}"
-    d.add(f"traj = go_through(traj, {ref}, {word}={aside}{level}{_width(d)})",
-          f"Bend the path so that it passes {OF[word]} {item.name}, {d.parameters[name].value} m from its side; start"
-          " and goal stay.",
-          f"expect_visits({ref}, within={tolerance(d)}, {word}={aside}{level})")  # fmt: skip
+    plan = f"Bend the path so that it passes {OF[word]} {item.name}, {builder.parameters[name].value} m from its side;"
+    _through(builder, builder.ref(item), f"{plan} start and goal stay.", f", {word}={_beyond(name, half)}{level}")
 
 
 OBJECT_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {

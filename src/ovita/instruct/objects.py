@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.lexicon import NUMBER_WORDS, concept_at, is_filler
+from ovita.instruct.lexicon import NUMBER_WORDS, concept_at, is_filler, terms
 from ovita.limits.problem import is_support
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
@@ -20,6 +20,9 @@ WORD = re.compile(
 
 NAMED = 5
 """Words of a name whose last word, or others, may stand for it; what is longer is a text, known by all of it."""
+
+NICKNAMED = 3
+"""Words of a name whose single words may stand for it."""
 
 SKIPPED = frozenset("the a an this that these those of our my".split())
 SAME: tuple[frozenset[str], ...] = tuple(
@@ -44,15 +47,18 @@ def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[
         subject, colon, told = line.partition(":")
         named = _named_in(_words_of(subject), scene, words) if colon else []
         if len(named) == 1:
-            found[named[0].name] |= {w for w in _words_of(told) if len(w) > 2 and _describes(w)}
+            found[named[0].name] |= _traits_of(_words_of(told))
             continue
         for phrase in re.split(r"[.;,]|\band (?=the )|\bwhile\b|\bwhereas\b", line):
             pieces = _words_of(phrase)
             about = _named_in(pieces, scene, words)
             if len(about) == 1:
-                told_here = _said_of(pieces, pieces.index(words[about[0].name][-1]))
-                found[about[0].name] |= {w for w in told_here if len(w) > 2 and _describes(w)}
+                found[about[0].name] |= _traits_of(_said_of(pieces, pieces.index(words[about[0].name][-1])))
     return {name: told - set(words[name][-1:]) for name, told in found.items()}
+
+
+def _traits_of(words: Sequence[str]) -> set[str]:
+    return {word for word in words if len(word) > 2 and _describes(word)}
 
 
 def _words_of(text: str) -> list[str]:
@@ -146,16 +152,32 @@ class Catalog:
         for item in scene:
             if len(self.words[item.name]) <= NAMED:
                 self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
-        self.names = {self.words[item.name]: item for item in scene if self.words[item.name]}
-        for words, item in list(self.names.items()):
-            self.names.setdefault(("".join(words),), item)  # "toolbox" for a tool box
+        self.names = self._all_names()
+        self.longest = max((len(name) for name in self.names), default=0)
+        self.traits = traits(scene, self.words)
+        known = set().union(*self.traits.values())
+        self.vocabulary = known | {other for same in SAME if same & known for other in same}
+
+    def _all_names(self) -> dict[tuple[str, ...], SceneObject]:
+        """The objects by their names, by these in one word ("toolbox"), and by a last word that only one has."""
+        names = {self.words[item.name]: item for item in self.scene if self.words[item.name]}
+        names = {("".join(words),): item for words, item in names.items()} | names
         for head, items in self.heads.items():
             if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):
-                self.names.setdefault((head,), items[0])
-        self.longest = max((len(n) for n in self.names), default=0)
-        self.traits = traits(scene, self.words)
-        known = set().union(*self.traits.values()) if self.traits else set()
-        self.vocabulary = known | {other for same in SAME if same & known for other in same}
+                names.setdefault((head,), items[0])
+        return names
+
+    def add_nicknames(self) -> None:
+        """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""
+        owners: dict[str, list[SceneObject]] = {}
+        for item in self.scene:
+            words = self.words[item.name]
+            for word in words[:-1] if len(words) <= NICKNAMED else ():
+                owners.setdefault(word, []).append(item)
+        for word, items in owners.items():
+            plain = len(word) > 2 and word != "and" and (word,) not in terms()
+            if len(items) == 1 and plain:
+                self.names.setdefault((word,), items[0])
 
     def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
         """The objects that the words from i on mean, or None.
@@ -172,11 +194,16 @@ class Catalog:
             same = self._named(words, i + 1) if words[i] in SKIPPED else None
             longer = same is not None and same.used + 1 >= described.used
             return replace(same, used=same.used + 1) if same and longer else described  # the second bracket, by name
+        items = self._pronoun(words, i, earlier)
+        return Mention(items, 1) if items else None
+
+    def _pronoun(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
+        """What was named last, for "near it"; all that may be in the way, for "away from everything"; or ()."""
         before = words[i - 1] if i else ""
-        if words[i] in ("it", "them") and earlier and (before in BEFORE_IT or " ".join(words[i - 2 : i]) in OF_IT):
-            return Mention(earlier, 1)
-        everything = words[i] in ("everything", "anything") and before in ("from", "near", "than") and self.things
-        return Mention(self.things, 1) if everything else None
+        if words[i] in ("it", "them"):
+            return earlier if before in BEFORE_IT or " ".join(words[i - 2 : i]) in OF_IT else ()
+        everything = words[i] in ("everything", "anything") and before in ("from", "near", "than")
+        return self.things if everything else ()
 
     def _named(self, words: Sequence[str], i: int) -> Mention | None:
         best: Mention | None = None
@@ -198,19 +225,20 @@ class Catalog:
         items = reader.read()
         if items is None:
             return None
+        items = self._picked(reader, items, earlier)
+        wanted = reader.expected if reader.expected is not None or reader.many else 1
+        unclear = not items or (wanted is not None and len(items) != wanted)
+        return Mention(tuple(items), reader.at - i, unclear)
+
+    def _picked(self, reader: _Phrase, items: list[SceneObject], earlier: tuple[SceneObject, ...]) -> list[SceneObject]:
+        """Of the objects that fit a noun phrase: the others, the nearest or tallest, the second one."""
         if reader.other:
-            items = [item for item in items if not any(item is e for e in earlier)]
+            items = [item for item in items if not any(item is known for known in earlier)]
         if reader.key is not None and items:
             items = [max(items, key=reader.key)]
-        if reader.ordinal is not None and items:
-            ordered = sorted(items, key=self._along)
-            items = ordered[reader.ordinal : reader.ordinal + 1 or None] if ordered else []
-        used = reader.at - i
-        if reader.expected is not None and len(items) != reader.expected:
-            return Mention(tuple(items), used, unclear=True)
-        if not reader.many and len(items) != 1:
-            return Mention(tuple(items), used, unclear=True)
-        return Mention(tuple(items), used) if items else Mention((), used, unclear=True)
+        if reader.ordinal is not None:
+            items = sorted(items, key=self._along)[reader.ordinal : reader.ordinal + 1 or None]
+        return items
 
     def _along(self, item: SceneObject) -> float:
         return 0.0 if self.path is None else float(np.argmin(item.distance(self.path)))
@@ -312,15 +340,15 @@ class _Phrase:
         self.skip()
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
-        generic, told = noun in GENERIC, self._told()
-        if not (generic or self.catalog.heads.get(noun)) or (noun == "one" and not told):
+        told = self._told()
+        of_kind = self.catalog.things if noun in GENERIC else self.catalog.heads.get(noun, ())
+        if (noun not in GENERIC and not of_kind) or (noun == "one" and not told):
             return None
         self.at += 1
         self._behind()
         self.many = self.many or plural
-        items = self.catalog.things if generic else self.catalog.heads[noun]
-        items = [item for item in items if all(self.catalog.fits(item, trait) for trait in self.traits)]
-        mere = not (generic or quantified or plural or told or self._told())
+        items = [item for item in of_kind if all(self.catalog.fits(item, trait) for trait in self.traits)]
+        mere = not (noun in GENERIC or quantified or plural or told or self._told())
         return None if mere and len(items) == 1 else items
 
     def _told(self) -> bool:

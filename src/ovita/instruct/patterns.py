@@ -156,11 +156,6 @@ def _side_of_object(kind: str) -> Build:
     return lambda found: part(found, PathPart(kind, (next(c for c in reversed(found) if c.kind == "OBJ").names[0],)))
 
 
-def _for_the(found: Sequence[Chunk]) -> Chunk | None:
-    """For the last half: where, not why."""
-    return merged(found, "for") if found[0].text.lower() == "for the" else None
-
-
 def _distance(role: str) -> Build:
     """A distance to objects as a bound."""
     return lambda found: merged(found, "within_of", q=replace(numbers(found)[0], role=cast(Role, role)))
@@ -386,9 +381,7 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "within_of" if chunk.names:
             return _either(chunk.names, chunk.q.value if chunk.q else None)
         case "end":
-            of, point = chunk.value[0], {"goal", "point", "target", "destination"} & {*chunk.text.lower().split()}
-            amount = 1 if any_preposition and not chunk.value[1] and point else None  # "all but the goal"
-            return None if of == "ends" else PathPart("first" if of == "start" else "last", amount=amount)
+            return _at_end(chunk, alone=any_preposition and not chunk.value[1])
         case "obj" if chunk.text.lower().startswith("up to "):
             return PathPart("before", chunk.names[:1])
         case "obj" if any_preposition or chunk.value in NEARBY:
@@ -396,6 +389,13 @@ def as_part(chunk: Chunk, *, any_preposition: bool = False) -> PathPart | None:
         case "halfway":
             return PathPart("middle")
     return None
+
+
+def _at_end(chunk: Chunk, *, alone: bool) -> PathPart | None:
+    """The stretch at an end; of "all but the goal" that point alone."""
+    end, point = chunk.value[0], {"goal", "point", "target", "destination"} & {*chunk.text.lower().split()}
+    kind = {"start": "first", "ends": ""}.get(end, "last")
+    return PathPart(kind, amount=1 if alone and point else None) if kind else None
 
 
 NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "over", "with", "for"})
@@ -412,7 +412,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("speed at_most|at_least Qn|Qv and at_most|at_least Qn|Qv", _two_speeds),
     ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
     ("OBJ on|to|at DIR comma|and? never pass? on|to|at? DIR of|to|from? OBJ?", _one_side),
-    ("pass DIR comma|and? never pass? on|to|at? DIR", _one_side),
     ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
     ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
     ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),
@@ -431,13 +430,11 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
     ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
     ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),
-    ("because (?=(?:firsthalf|secondhalf|first|last|middle|1st|nth|rest|start|goal) )", _for_the),
     ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
     ("keep (?=(?:slight |large )*(?:closer|farther) )", lambda f: merged(f, "filler")),
     # numbers
     ("Qm|Qv|Qs and half", _and_a_half),
     ("quarter|half of? turns|laps|rotate|circle", _turned),
-    ("up|raise|rising by? Qm rising|up", _label("rise")),
     ("Qn half|third|quarter|tenth|fifth", _many_thirds),
     ("every waypoints (?=from |between )", lambda f: f[1]),
     ("Qth waypoints", _point),
@@ -445,7 +442,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("waypoints from|between Qn LINK|and Qn", _range_of_points),
     ("waypoints Qn LINK waypoints? Qn", _range_of_points),
     ("from|between Qn LINK|and Qn waypoints", _range_of_points),
-    ("Qn LINK Qn waypoints", _range_of_points),
     ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
     ("between Qn|Qv and|to Qv", _bounds),
     ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
@@ -475,16 +471,13 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("after SHARE of? path", _along("after")),
     ("before SHARE of? path", _along("before")),
     ("reverse by? Qm", lambda f: merged(f, "back")),
-    ("Qm reverse", lambda f: merged(f, "back")),
     ("rising|falling by? Qm", lambda f: merged(f, "up" if f[0].kind == "rising" else "down")),
     ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
     ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
     ("where path? left|right|front|back (?!of|by|OBJ|Q)", lambda f: _plain("heading", direction=f[-1].kind)(f)),
-    ("never AT? straights", lambda f: part(f, PathPart("turns"))),
     ("AT|only? straights", lambda f: part(f, outside(PathPart("turns")))),
     ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
     ("where height|axis? up|raise? at_least|over|after|under|at_most|down|lower|than up? than? under|down|over? Qm ground?", _beyond),
-    ("where height|axis|ground? lower|down under|than|at_most Qm ground?", _beyond),
     ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
     ("plus|minus ANYQ", _signed),
     ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
@@ -519,7 +512,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("never within Qm", partial(in_role, "at_least")),
     ("within Qm of|from|to|around|near OBJ", _within),
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
-    ("except where? over|under|up|down Qm", lambda f: part(f, outside(_beyond(f).value))),
     ("SHARE|Qx as", lambda f: merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
     ("law to? OBJ comma? law", lambda f: _law(f)),
     ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
@@ -568,7 +560,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
     ("never slower|faster", _no_slower),
     # what is turned round
-    ("stop faster|slower", lambda f: _flip(f) if f[-1].text.lower().endswith("ing") else None),
     ("never keep|pass? slight? so|too|of|as slight|large? FLIPS", _flip),
     ("never pass? slight? slight|large? FLIPS", _flip),
     ("too so? FLIPS", _flip),
@@ -589,7 +580,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),
     ("AT|to|toward|where|only? first", _plain("first", unit="share")),
     ("AT|to|toward|where|only? last", _plain("last", unit="share")),
-    ("only? middle", _plain("middle")),
     ("thru|along part|rest", lambda f: f[1]),
     ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
     ("never AT part|obj", _except),

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word
@@ -64,25 +64,36 @@ def realise(
     """
     once = _once(frames)
     many = sum(isinstance(frame, F.Approach) for frame in once) > 2
-    d = PolicyBuilder(trajectory, scene, 1 if many else effort, robot, once)
+    builder = PolicyBuilder(trajectory, scene, 1 if many else effort, robot, once)
+    keeps = [frame for frame in once if isinstance(frame, F.Keep)]
     for question in conflicts(once, scene.frame):
-        d.ask(question)
-    if once and all(isinstance(frame, F.Keep) for frame in once):
-        d.ask("All of that is to stay as it is: what should change?")
-    kept = [frame.part for frame in once if isinstance(frame, F.Keep) and frame.what == "part" and frame.part]
-    ends = [part for f in once if isinstance(f, F.Keep) for part in _KEPT_ENDS.get(f.what, ())]
-    for d.frame, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1], once)):
-        if isinstance(frame, PLACED) and (kept or (ends and frame.part)):
-            still = ends if frame.part and not isinstance(frame, F.Pace) else []
-            frame = replace(frame, part=_apart(frame.part, [*kept, *still]))
-        STEPS[type(frame)](d, frame)
-        if d.question:
-            return d
-    _settle(d)
-    _restore(d, once, kept)
-    if once and len(d.held) == len(once):
-        d.add("", "", "expect_same_path()")
-    return d
+        builder.ask(question)
+    if keeps and len(keeps) == len(once):
+        builder.ask("All of that is to stay as it is: what should change?")
+    for number, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1], once)):
+        builder.frame = number
+        STEPS[type(frame)](builder, _sparing(frame, keeps))
+        if builder.question:
+            return builder
+    _settle(builder)
+    if keeps:
+        _restore(builder, once, keeps)
+    if once and len(builder.held) == len(once):
+        builder.add("", "", "expect_same_path()")
+    return builder
+
+
+def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
+    return [frame.part for frame in keeps if frame.what == "part" and frame.part]
+
+
+def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:
+    """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
+    kept, ends = _kept_parts(keeps), [part for keep in keeps for part in _KEPT_ENDS.get(keep.what, ())]
+    if not isinstance(frame, PLACED) or not (kept or (ends and frame.part)):
+        return frame
+    still = ends if frame.part and not isinstance(frame, F.Pace) else []
+    return replace(frame, part=_apart(frame.part, [*kept, *still]))
 
 
 _FIRST, _LAST = PathPart("first", amount=1), PathPart("last", amount=1)
@@ -92,22 +103,23 @@ _KEPT_ENDS = {"start": (_FIRST,), "goal": (_LAST,), "ends": (_FIRST, _LAST)}
 
 def _rank(frame: F.SemanticFrame, frames: Sequence[F.SemanticFrame]) -> float:
     """When a frame's turn comes; an end that moves is the one that is left after a cut."""
-    cut = {"first": "start", "before": "start"}.get(frame.cut, "goal") if isinstance(frame, F.Trim) else ""
-    if cut and any(isinstance(f, F.MoveEnd) and f.end in (cut, "ends") for f in frames):
-        return RANK["end"] - 0.5
-    if isinstance(frame, F.Straighten) and any(isinstance(f, F.MoveEnd) for f in frames):
-        return RANK["end"] + 0.5
-    if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
-        return RANK["bound"]
+    moved = {f.end for f in frames if isinstance(f, F.MoveEnd)}
+    match frame:
+        case F.Trim(cut=cut) if moved & {"start" if cut in ("first", "before") else "goal", "ends"}:
+            return RANK["end"] - 0.5
+        case F.Straighten() if moved:
+            return RANK["end"] + 0.5
+        case F.Height(part=part, level=level) if part or level.role in ("at_least", "at_most"):
+            return RANK["bound"]
     return RANK[name_of(frame)]
 
 
-def _settle(d: PolicyBuilder) -> None:
+def _settle(builder: PolicyBuilder) -> None:
     """Keep every distance again where keeping another one has spoilt it."""
-    for _ in range(3 if len(d.distances) > 1 else 0):
-        for item, metres, code in d.distances:
-            if surface_distance(item, d.positions) < 0.99 * metres:
-                d.add(code)
+    for _ in range(3 if len(builder.distances) > 1 else 0):
+        for item, metres, code in builder.distances:
+            if surface_distance(item, builder.positions) < 0.99 * metres:
+                builder.add(code)
 
 
 def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
@@ -115,15 +127,21 @@ def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     set_to = [f.part for f in frames if isinstance(f, F.Pace) and f.change == "set" and f.factor is None]
     kept: list[F.SemanticFrame] = []
     for frame in frames:
-        end = _ALL_BUT.get(frame.part) if isinstance(frame, F.Shift) else None
-        if end:  # everything but the goal goes there
-            kept.append(F.Keep(what=end))
-            frame = replace(frame, part=WHOLE)
-        again = isinstance(frame, F.Smooth) and any(isinstance(k, F.Smooth) for k in kept)
-        stated = isinstance(frame, F.Pace) and frame.change == "constant" and frame.part in set_to
-        if not again and not (stated and not frame.quantities):
-            kept.append(frame)
+        smoothed = any(isinstance(known, F.Smooth) for known in kept)
+        if (smoothed and isinstance(frame, F.Smooth)) or (_is_bare_constant(frame) and frame.part in set_to):
+            continue
+        kept += _without_end(frame)
     return kept
+
+
+def _without_end(frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
+    """A shift of everything but an end as a shift of the whole, and the end stays."""
+    end = _ALL_BUT.get(frame.part) if isinstance(frame, F.Shift) else None
+    return (F.Keep(what=end), replace(frame, part=WHOLE)) if end else (frame,)
+
+
+def _is_bare_constant(frame: F.SemanticFrame) -> bool:
+    return isinstance(frame, F.Pace) and frame.change == "constant" and not frame.quantities
 
 
 def _apart(part: PathPart, kept: Sequence[PathPart]) -> PathPart:
@@ -133,19 +151,18 @@ def _apart(part: PathPart, kept: Sequence[PathPart]) -> PathPart:
     return parts[0] if len(parts) == 1 else both(*parts) if parts else WHOLE
 
 
-def _restore(d: PolicyBuilder, frames: Sequence[F.SemanticFrame], kept: Sequence[PathPart]) -> None:
+def _restore(builder: PolicyBuilder, frames: Sequence[F.SemanticFrame], keeps: Sequence[F.Keep]) -> None:
     """Put back what is to stay as it is where a step has changed it all the same."""
-    d.frame = len(frames)
-    if not any(isinstance(frame, F.Keep) for frame in frames):
-        return
-    rows, given = d.rows(), d.trajectory.to_array()
-    masks = [d.part(part)[0] for part in kept if not all(isinstance(f, BLENDED) for f in frames)]
-    if not d.goal_moved or "start" in d.kept:
-        for end, i, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
-            if end in d.kept and abs(rows[i, :3] - given[i, :3]).max() > 1e-6 and not (end == "goal" and d.goal_moved):
-                masks.append(mask)
+    builder.frame = len(frames)
+    rows, given = builder.rows(), builder.trajectory.to_array()
+    blended = all(isinstance(frame, BLENDED) for frame in frames)
+    masks = [] if blended else [builder.part(part)[0] for part in _kept_parts(keeps)]
+    still = builder.kept - ({"goal"} if builder.goal_moved else set())
+    for end, row, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
+        if end in still and abs(rows[row, :3] - given[row, :3]).max() > 1e-6:
+            masks.append(mask)
     for mask in masks:
-        d.add(f"traj = keep_unchanged(traj, original, {mask})")
+        builder.add(f"traj = keep_unchanged(traj, original, {mask})")
 
 
 def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
@@ -161,30 +178,46 @@ def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
 
 def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
     """Whether two frames about the same part ask for opposite things."""
-    match one, other:
-        case F.Shift(offset=ways), F.Shift(offset=others):
-            return _against(axes, ways, others)
-        case F.MoveEnd(offset=ways, relation=""), F.MoveEnd(offset=others, relation="") if one.end == other.end:
-            return _against(axes, ways, others)
-        case F.MoveEnd(relation="to"), F.MoveEnd(relation="to") if one.end == other.end and not one.part:
-            return one.place != other.place
-        case F.Approach(), F.Approach():
-            return one.sense != other.sense and bool({*one.objects} & {*other.objects})
-        case F.Clearance(), F.Clearance():
-            return bool({*one.objects} & {*other.objects}) and _no_room(one.distance, other.distance)
-        case F.Height(), F.Height() if one.of == other.of:
-            return _no_room(one.level, other.level)
-        case F.Pace(), F.Pace():
-            if one.amount is not None and other.amount is not None and _no_room(one.amount, other.amount):
-                return True
-            return {one.change, other.change} in ({"faster", "slower"}, {"rampup", "rampdown"})
-        case (F.Side(), F.Side()) if {*one.objects} & {*other.objects}:
-            return direction_word(axes, one.direction) == OPPOSITE[direction_word(axes, other.direction)]
-        case F.Curve(change=a), F.Curve(change=b):
-            return a != b
-        case F.Resize(change=a), F.Resize(change=b):
-            return {a, b} == {"larger", "smaller"}
-    return False
+    contrary = _CONTRARY.get(type(one))
+    return contrary is not None and type(one) is type(other) and contrary(one, other, axes)
+
+
+def _opposed_ends(one: F.MoveEnd, other: F.MoveEnd, axes: Frame) -> bool:
+    if one.end != other.end or one.relation != other.relation:
+        return False
+    if one.relation == "to":
+        return not one.part and one.place != other.place
+    return not one.relation and _against(axes, one.offset, other.offset)
+
+
+def _opposed_paces(one: F.Pace, other: F.Pace, axes: Frame) -> bool:
+    if one.amount is not None and other.amount is not None and _no_room(one.amount, other.amount):
+        return True
+    return {one.change, other.change} in ({"faster", "slower"}, {"rampup", "rampdown"})
+
+
+def _common(one: Any, other: Any) -> bool:
+    """Whether two frames are about the same object."""
+    return not {*one.objects}.isdisjoint(other.objects)
+
+
+def _opposed_sides(one: F.Side, other: F.Side, axes: Frame) -> bool:
+    side, facing = direction_word(axes, one.direction), direction_word(axes, other.direction)
+    return _common(one, other) and side == OPPOSITE[facing]
+
+
+_CONTRARY: dict[type[F.SemanticFrame], Callable[[Any, Any, Frame], bool]] = {
+    F.Shift: lambda one, other, axes: _against(axes, one.offset, other.offset),
+    F.MoveEnd: _opposed_ends,
+    F.Approach: lambda one, other, axes: one.sense != other.sense and _common(one, other),
+    F.Clearance: lambda one, other, axes: _common(one, other) and _no_room(one.distance, other.distance),
+    F.Height: lambda one, other, axes: one.of == other.of and _no_room(one.level, other.level),
+    F.Pace: _opposed_paces,
+    F.Side: _opposed_sides,
+    F.Curve: lambda one, other, axes: one.change != other.change,
+    F.Resize: lambda one, other, axes: {one.change, other.change} == {"larger", "smaller"},
+}
+"""When two frames of a kind, about the same part, ask for opposite things."""
 
 
 def _against(axes: Frame, ways: F.Offset, others: F.Offset) -> bool:
@@ -207,18 +240,19 @@ def _no_room(one: F.Quantity, other: F.Quantity) -> bool:
 
 def _kept_from(keep: F.Keep, frame: F.SemanticFrame, axes: Frame) -> bool:
     """Whether what is to stay is what a frame changes."""
-    whole = not frame.part
-    match keep.what, frame:
-        case (("start" | "goal" | "ends"), F.MoveEnd(end=end)):
-            return keep.what == end or "ends" in (keep.what, end)
-        case (("start" | "goal" | "ends"), F.Reverse()):
-            return whole
-        case "path", F.Shift() | F.Approach() | F.Reverse() | F.Mirror() | F.Rotate() | F.Tilt() | F.Resize():
-            return whole and not keep.part
-        case "speed", F.Pace():
-            return whole and not keep.part
-        case "height", F.Shift(offset=offset):
-            return whole and not keep.part and any(_way(axes, w, q) in ("up", "down") for w, q in offset)
-        case "part", F.Shift() | F.Pace():
-            return keep.part == frame.part
-    return False
+    if keep.what == "part":
+        return isinstance(frame, F.Shift | F.Pace) and keep.part == frame.part
+    if isinstance(frame, F.MoveEnd):
+        return keep.what in _KEPT_ENDS and (keep.what == frame.end or "ends" in (keep.what, frame.end))
+    if frame.part or (keep.part and keep.what not in _KEPT_ENDS):
+        return False
+    if keep.what == "height":
+        return isinstance(frame, F.Shift) and any(_way(axes, w, q) in ("up", "down") for w, q in frame.offset)
+    return isinstance(frame, _CHANGES.get(keep.what, ()))
+
+
+_MOVING = (F.Shift, F.Approach, F.Reverse, F.Mirror, F.Rotate, F.Tilt, F.Resize)
+_CHANGES: dict[str, tuple[type[F.SemanticFrame], ...]] = {
+    **dict.fromkeys(_KEPT_ENDS, (F.Reverse,)), "path": _MOVING, "speed": (F.Pace,),
+}  # fmt: skip
+"""The frames that change, on the whole path, what is to stay."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
@@ -164,34 +164,57 @@ def _piece(
 ) -> tuple[Phrase, int]:
     """The phrase that begins at a word, and how many words it takes."""
     word = words[i]
-    cues, cued = _cues_at(words, i)
-    concept, length = concept_at(words, i)
     if word in ("wp", "wps"):
         return Phrase(word, clause, concept="waypoints"), 1
-    cues = cues - ({"right"} if figured else {"radius"}) if word == "r" else cues
+    cues, cued = _cues_at(words, i)
+    concept, length = concept_at(words, i)
+    if word == "r":
+        cues = cues - ({"right"} if figured else {"radius"})
     if concept == "reverse" and length > cued and {"other", "opposite"} & {*words[i : i + length]}:
         cues, cued, concept = frozenset({"flip"}), length, ""
+    least, senseless = max(cued, length), not (cued or concept)
+    what, used = _thing_at(words, i, catalog, earlier, least, senseless) or _number_at(words, i, least, cued) or ({}, 0)
+    if not what:
+        what, used = _sense_at(words[i : i + length], (cues, cued), concept)
+    text = " ".join(words[i : i + used]) if what else word  # of what says nothing the first word is enough
+    return Phrase(text, clause, **what), used
 
-    def phrase(used: int, **what: Any) -> tuple[Phrase, int]:
-        return Phrase(" ".join(words[i : i + used]), clause, **what), used
 
-    least = max(cued, length)
+_Read: TypeAlias = tuple[dict[str, Any], int]
+"""What a phrase is, and how many words it takes."""
+
+
+def _thing_at(
+    words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...], least: int, senseless: bool
+) -> _Read | None:
+    """Objects, in as many words at least as anything else; unclear ones only where the words have no other sense."""
     mention = _mention(words, i, catalog, earlier)
-    if mention is not None and mention.used >= least and not (mention.unclear and (cued or concept)):
-        return phrase(mention.used, items=tuple(item.name for item in mention.items))
+    if mention is None or mention.used < least or (mention.unclear and not senseless):
+        return None
+    return {"items": tuple(item.name for item in mention.items)}, mention.used
+
+
+def _number_at(words: Sequence[str], i: int, least: int, cued: int) -> _Read | None:
+    """A number, in as many words at least as anything else; but "a third more" and the like are cues."""
     number, used = _amount(words, i) or (None, 0)
-    if number is not None and used >= least and not cued == used > 1:
-        return phrase(used, number=number)
-    if concept in ("plain", "join") or (concept in ("at_least", "at_most") and word in ("more", "less", "fewer")):
+    return None if number is None or used < least or cued == used > 1 else ({"number": number}, used)
+
+
+def _sense_at(phrase: Sequence[str], cued: tuple[frozenset[str], int], concept: str) -> _Read:
+    """The cues of feedback, with how many words they take, or the concept of a phrase, whichever is longer."""
+    (cues, used), length, told = cued, len(phrase), concept
+    word = phrase[0] if phrase else ""
+    if concept in ("plain", "join"):
         same, told = _same(concept, ()), ""
-        length = length if concept in ("plain", "join") else 0
+    elif concept in ("at_least", "at_most") and word in ("more", "less", "fewer"):
+        same, told, length = _same(concept, ()), "", 0
     else:
-        same, told = _same(concept, words[i : i + length]), concept
-    if length >= cued and same:
-        return phrase(length, cues=cues | same, concept=told)
-    if cued and (cued >= length or not told):
-        return phrase(cued, cues=cues, concept=told if cued == length else "")
-    return phrase(length, concept=told) if told else (Phrase(word, clause), max(length, 1))
+        same = _same(concept, phrase)
+    if length >= used and same:
+        return {"cues": cues | same, "concept": told}, length
+    if used and (used >= length or not told):
+        return {"cues": cues, "concept": told if used == length else ""}, used
+    return {"concept": told} if told else {}, length if told else max(length, 1)
 
 
 def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
@@ -389,34 +412,28 @@ def heading(piece: Phrase) -> str:
 def senses_of(frame: F.SemanticFrame) -> set[str]:
     """What more of a frame is more of."""
     found = {"more", *directions_of(frame)}
-    if getattr(frame, "offset", ()):
-        found.add("farther")
+    found |= {"farther"} if getattr(frame, "offset", ()) else set()
     match frame:
-        case F.Pace(factor=float() as factor):
-            found.add("slower" if factor < 1 else "faster")
-        case F.Pace(change="slower" | "rampdown" | "turns"):
-            found.add("slower")
         case F.Pace():
-            found.add("faster")
+            slower = frame.change in ("slower", "rampdown", "turns") if frame.factor is None else frame.factor < 1
+            found.add("slower" if slower else "faster")
         case F.Approach(sense=sense):
             found.add(sense)
         case F.Clearance(distance=F.Quantity(role=role)):
             found.add("closer" if role == "at_most" else "farther")
-        case F.Wait():
-            found.add("longer")
-        case F.Hop() | F.Hover() | F.Height():
-            found.add("up")
         case F.Resize(change="smaller"):
             found |= {"less", "smaller"}
-        case F.MoveEnd(relation="toward"):
-            found.add("closer")
-        case F.MoveEnd(relation="away"):
-            found.add("farther")
+        case F.MoveEnd(relation="toward" | "away" as way):
+            found.add("closer" if way == "toward" else "farther")
         case F.Curve(change=change):
-            found |= {"bent"} if change == "more" else {"straight"}
-        case F.Figure() | F.Resize():
-            found.add("larger")
-    return found
+            found.add("bent" if change == "more" else "straight")
+    return found | _GROWING.get(type(frame), set()) - ({"larger"} if "smaller" in found else set())
+
+
+_GROWING: dict[type[F.SemanticFrame], set[str]] = {
+    F.Wait: {"longer"}, F.Hop: {"up"}, F.Hover: {"up"}, F.Height: {"up"}, F.Figure: {"larger"}, F.Resize: {"larger"},
+}  # fmt: skip
+"""What more of a frame is, whatever it says."""
 
 
 ACTING = frozenset(

@@ -9,18 +9,18 @@ most. What a clause leaves open is taken from the clauses before it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Build, Chunk, bare_unit, chunks, spoken, unit_of
-from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, held_along, parts
+from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
 from ovita.instruct.lexicon import extent_of
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
-from ovita.instruct.table import ROWS, Match, match
+from ovita.instruct.table import ROWS, Match, frame_of, match
 from ovita.instruct.together import (
     THEN,
     added,
@@ -76,7 +76,7 @@ def constituents(found: Sequence[Chunk], extent: float | None = None) -> list[Ch
         extent: Diagonal of the path's bounding box [m], or None.
     """
     row = typed([c for c in found if c.kind not in ("filler", "approx")], extent)
-    row = [replace(c, kind=_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
+    row = [replace(c, kind=_preposition_of_past(row[:i])) if c.kind == "past" else c for i, c in enumerate(row)]
     text = _classes(row)
     for pattern in _PATTERNS:
         made = _rewritten(row, text, pattern)
@@ -94,10 +94,15 @@ def turned(found: Sequence[Chunk]) -> list[Chunk]:
     return [c for c in constituents(found) if c.value == "flipped"]
 
 
-def _past(before: Sequence[Chunk]) -> str:
-    """Hurrying past something is done beside it, left past it is a side of it; what comes past it comes after it."""
-    sided = bool(before) and before[-1].kind in ("left", "right") and all(c.kind != "path" for c in before)
-    return "by" if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]) else "pass" if sided else "after"
+def _preposition_of_past(before: Sequence[Chunk]) -> str:
+    """What "past" means behind some constituents.
+
+    "Hurry past it" is by it, "left past it" a side on which to pass it; any other "past it" is what comes after it.
+    """
+    if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]):
+        return "by"
+    sided = bool(before) and before[-1].kind in ("left", "right")
+    return "pass" if sided and all(c.kind != "path" for c in before) else "after"
 
 
 def _counted_unit(before: Sequence[Chunk], behind: Sequence[Chunk]) -> str:
@@ -113,8 +118,7 @@ def _rewritten(row: list[Chunk], text: str, pattern: Pattern) -> list[Chunk]:
     made: list[Chunk] = []
     at = 0
     for hit in pattern.regex.finditer(text):
-        begin = text.count(" ", 0, hit.start())
-        end = text.count(" ", 0, hit.end())
+        begin, end = (text.count(" ", 0, place) for place in hit.span())
         chunk = pattern.build(row[begin:end]) if end > begin >= at else None
         if chunk is not None:
             made += [*row[at:begin], *(chunk if isinstance(chunk, list) else [chunk])]
@@ -171,6 +175,23 @@ LONGEST = 5
 """Pieces between pauses that one clause may hold."""
 
 
+class Cost:
+    """What readings cost beside the words that they leave over, each of which costs up to `CONTENT`."""
+
+    JOINT = 0.4
+    """Taking a further piece into a clause."""
+    VERB = 1.2
+    """Taking in a piece that begins with a verb, or pieces that could stand alone."""
+    REASON = -0.6
+    """Taking a piece behind "because" as a reason."""
+    ASIDE = 0.9
+    """Taking a piece as asking for nothing, where nothing in it asks."""
+    STORY = 4.0
+    """Taking a piece as a story or as a name, where a row of the table could read it."""
+    CLEARER = 1.0
+    """How much cheaper than an aside a frame has to be, to be read at all."""
+
+
 @dataclass(frozen=True)
 class Stretch:
     """What stands between two pauses.
@@ -189,8 +210,18 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Said:
-    """A clause: a frame, or an aside (`match` is None); `telling` says how something is, and gives way to a request."""
+class ReadClause:
+    """What stands in a sentence for one frame.
+
+    Args:
+        match: The row that reads it, and its slots; None where nothing reads it.
+        items: Its constituents.
+        cost: Of this reading.
+        opening: The pause before it.
+        aside: Whether it asks for nothing.
+        telling: Whether it says how something is ("it's too fast"): read only where no other clause asks for anything.
+        words: Everything that was said in it.
+    """
 
     match: Match | None
     items: tuple[Chunk, ...]
@@ -222,20 +253,20 @@ def reader(scene: Scene, positions: Array | None) -> Callable[[str, Sequence[F.S
     """
 
     @cache
-    def clauses(text: str) -> tuple[Sequence[Chunk], tuple[str, ...], Sequence[Said]]:
+    def cut(text: str) -> tuple[Sequence[Chunk], tuple[str, ...], Sequence[ReadClause]]:
         found, notes = chunks(text, scene, positions)
-        row = _corrected(constituents(_arriving(_with_pauses(found)), extent_of(positions)))
-        pieces = _pieces(row, found)
-        said = _cut(pieces)
-        if not any(s.match for s in said):
-            said = _cut([replace(p, opening="") for p in pieces])
-        if any(s.match and not s.telling for s in said):
-            said = [replace(s, match=None, aside=True) if s.telling else s for s in said]
-        return found, notes, said
+        row = constituents(_arriving(_with_pauses(found)), extent_of(positions))
+        pieces = _pieces(_without_what_is_taken_back(row), found)
+        clauses = _cut(pieces)
+        if not any(clause.match for clause in clauses):
+            clauses = _cut([replace(piece, opening="") for piece in pieces])
+        if any(clause.match and not clause.telling for clause in clauses):
+            clauses = [replace(c, match=None, aside=True) if c.telling else c for c in clauses]
+        return found, notes, clauses
 
     def read_after(text: str, earlier: Sequence[F.SemanticFrame]) -> F.Reading:
-        found, notes, said = clauses(text)
-        reading = _reading(said, notes, earlier)
+        found, notes, clauses = cut(text)
+        reading = _reading(clauses, notes, earlier)
         named = [(c.names, c.span) for c in found if c.kind == "OBJ"]
         return replace(reading, frames=aimed(reading.frames, spoken(text), named))
 
@@ -263,18 +294,28 @@ def _with_pauses(found: Sequence[Chunk]) -> list[Chunk]:
     row: list[Chunk] = []
     run = not WORDS_OF_RUNNING.isdisjoint(w for c in found for w in c.text.lower().split())
     for i, chunk in enumerate(found):
-        word, ahead = _first(chunk), found[i + 1 : i + 4]
+        ahead = found[i + 1 : i + 4]
         if chunk.kind == "backwards":
             chunk = replace(chunk, kind="reverse" if run else "back")
-        if word in DESCRIBING and len(ahead) > 1 and _first(ahead[0]) in PORTIONS:
+        elif _describes_a_portion(chunk, ahead):
             placed = ahead[1].kind in NEARBY | {"between", "before", "after"}
             chunk = replace(chunk, kind="filler" if placed else "unknown")
-        paced = chunk.kind in ("at", "with") and {c.kind for c in ahead} & {"constant", "speed", "Qv"}
-        begins = paced or (word.endswith("ing") and chunk.kind in PARTICIPLES)
-        if begins and row and row[-1].kind in SETTLED:
+        if row and row[-1].kind in SETTLED and _begins(chunk, ahead):
             row.append(Chunk("and", "", (chunk.span[0], chunk.span[0])))
         row.append(chunk)
     return row
+
+
+def _describes_a_portion(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
+    """Whether a word says which portion is meant, not what to do: "the slow part near the cup"."""
+    return _first(chunk) in DESCRIBING and len(ahead) > 1 and _first(ahead[0]) in PORTIONS
+
+
+def _begins(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
+    """Whether a chunk begins something new: "keeping the speed", "at a constant speed"."""
+    if chunk.kind in ("at", "with"):
+        return not {"constant", "speed", "Qv"}.isdisjoint(c.kind for c in ahead)
+    return _first(chunk).endswith("ing") and chunk.kind in PARTICIPLES
 
 
 def _first(chunk: Chunk) -> str:
@@ -293,19 +334,26 @@ PARTICIPLES = frozenset(
 )
 
 
-def _corrected(row: list[Chunk]) -> list[Chunk]:
+def _without_what_is_taken_back(row: list[Chunk]) -> list[Chunk]:
     """Drop what a speaker takes back: "left, no, right" and "10 cm, I mean 12 cm"."""
     for at in [i for i, c in enumerate(row) if c.kind == "correct"][::-1]:
-        kept, behind = list(row[:at]), row[at + 1 :]
+        behind = row[at + 1 :]
         end = next((i for i, c in enumerate(behind) if c.kind == "dot" and i > 0), len(behind))
-        for sort in {_sort(c) for c in behind[:end]} - {""}:
-            old = next((i for i in reversed(range(len(kept))) if _sort(kept[i]) == sort), len(kept))
-            if all(c.kind != "dot" for c in kept[old:-1]):
-                del kept[old : old + 1]
+        kept = _without_last_of(row[:at], {_sort(c) for c in behind[:end]} - {""})
         while kept and kept[-1].kind in ("never", "comma", "dot"):
             kept.pop()
         row = kept + behind
     return row
+
+
+def _without_last_of(row: Sequence[Chunk], sorts: Iterable[str]) -> list[Chunk]:
+    """Constituents without the last one of each sort, if it stands in the last sentence."""
+    kept = list(row)
+    for sort in sorts:
+        old = max((i for i, c in enumerate(kept) if _sort(c) == sort), default=len(kept))
+        if all(c.kind != "dot" for c in kept[old:-1]):
+            del kept[old : old + 1]
+    return kept
 
 
 SORTS = dict.fromkeys("left right front back up down raise lower".split(), "direction")
@@ -318,22 +366,26 @@ def _sort(item: Chunk) -> str:
 
 
 def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
+    """What stands between the pauses, each with the pause before it and the words that were said in it."""
     found: list[tuple[list[Chunk], str, int]] = []
     opening, items, begin = "", list[Chunk](), 0
     for chunk in row:
-        apart = chunk.kind in ("keep", "clear", "farther") and chunk.text.lower().startswith(("without", "not "))
-        if items and (apart or chunk.kind in PAUSES):
+        pause = chunk.kind in PAUSES
+        if items and (pause or _stands_apart(chunk)):
             found.append((items, opening, begin))
             opening, items, begin = "", [], chunk.span[0]
-        if chunk.kind in PAUSES:
+        if pause:
             opening = max(opening, chunk.kind, key=lambda kind: STRENGTH[kind])
         else:
             items.append(chunk)
     found += [(items, opening, begin)] if items else []
-    ends: list[float] = [begin for _, _, begin in found[1:]]
-    return [
-        _stretch(spoken, *piece, end) for piece, end in zip(found, [*ends, float("inf")][: len(found)], strict=True)
-    ]
+    ends: list[float] = [*(begin for _, _, begin in found[1:]), float("inf")]
+    return [_stretch(spoken, *piece, end) for piece, end in zip(found, ends, strict=False)]
+
+
+def _stands_apart(chunk: Chunk) -> bool:
+    """Whether something new begins without a pause: "go left without touching the cup"."""
+    return chunk.kind in ("keep", "clear", "farther") and chunk.text.lower().startswith(("without", "not "))
 
 
 def _stretch(spoken: Sequence[Chunk], items: Sequence[Chunk], opening: str, begin: int, end: float) -> Stretch:
@@ -343,16 +395,17 @@ def _stretch(spoken: Sequence[Chunk], items: Sequence[Chunk], opening: str, begi
     return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
 
 
-def _cut(pieces: Sequence[Stretch]) -> list[Said]:
+def _cut(pieces: Sequence[Stretch]) -> list[ReadClause]:
     """The cheapest way to cut the pieces into clauses."""
-    best: list[tuple[float, list[Said]]] = [(0.0, [])]
+    best: list[tuple[float, list[ReadClause]]] = [(0.0, [])]
     for end in range(1, len(pieces) + 1):
         options = []
         for begin in range(max(0, end - LONGEST), end):
             span = pieces[begin:end]
-            if all(p.opening not in ("dot", "because") for p in span[1:]):
-                said = _clause(tuple(c for p in span for c in p.items), span)
-                options.append((best[begin][0] + said.cost + _joint(span), [*best[begin][1], said]))
+            if all(piece.opening not in ("dot", "because") for piece in span[1:]):
+                clause = _clause(tuple(item for piece in span for item in piece.items), span)
+                cost, before = best[begin]
+                options.append((cost + clause.cost + _joint(span), [*before, clause]))
         best.append(min(options, key=lambda option: option[0]))
     return best[-1][1]
 
@@ -364,34 +417,31 @@ def _joint(span: Sequence[Stretch]) -> float:
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
     apart = places > 1 or all(_complete(_clause(p.items, [p])) for p in span)
-    return sum(0.4 + 1.2 * (p.first in VERBS and asks) for p in span[1:]) + 1.2 * apart
+    verbs = sum(asks and piece.first in VERBS for piece in span[1:])
+    return Cost.JOINT * (len(span) - 1) + Cost.VERB * (verbs + apart)
 
 
-def _complete(said: Said) -> bool:
+def _complete(clause: ReadClause) -> bool:
     """Whether a piece says by itself all that it is about."""
-    return bool(
-        said.match
-        and not (said.match.unread or said.match.missing)
-        and any(c.kind in PLACING | {"obj", "end"} for c in said.items)
-    )
+    whole = clause.match is not None and not (clause.match.unread or clause.match.missing)
+    return whole and any(c.kind in PLACING | {"obj", "end"} for c in clause.items)
 
 
-def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> Said:
+def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
     """The best reading of a clause, or that it asks for nothing."""
     kinds = frozenset(c.kind for c in items)
     found = [m for row in ROWS if (m := match(row, items, kinds)) is not None]
-    opening = span[0].opening
     best = min(found, key=lambda m: m.cost, default=None)
     asking = sum(_weight(c) for c in items)
     if best is not None and sum(_placed_by_itself(piece) for piece in span) > 1:
         best = replace(best, cost=best.cost + asking)  # "left at the start and right at the end" is said of two places
     aside = _aside(span[0], best) if len(span) == 1 else asking
-    if best is None or best.cost >= min(aside, asking) + 1:
+    least = min(aside, asking)
+    if best is None or best.cost >= least + Cost.CLEARER:
         ignored = (aside < asking or not asking) and not any(map(_orders, span))
-        return Said(None, items, min(aside, asking), opening, ignored)
+        return ReadClause(None, items, least, span[0].opening, ignored)
     told = len(span) == 1 and _tells(span[0])
-    words = span[0].words
-    return Said(best, items, best.cost, opening, telling=told, words=words)
+    return ReadClause(best, items, best.cost, span[0].opening, telling=told, words=span[0].words)
 
 
 def _orders(piece: Stretch) -> bool:
@@ -442,9 +492,7 @@ STATED = frozenset(
 
 def _tells(piece: Stretch) -> bool:
     """Whether a piece says how something is, and not that it is too much: "you're crowding her, give her room"."""
-    plain = {c.kind for c in piece.items}.isdisjoint(QUANTITIES | PLACING) and "flipped" not in [
-        c.value for c in piece.items
-    ]
+    plain = all(c.kind not in QUANTITIES | PLACING and c.value != "flipped" for c in piece.items)
     return plain and piece.first in STATED and piece.words.isdisjoint(WANTING)
 
 
@@ -452,73 +500,97 @@ def _aside(piece: Stretch, best: Match | None) -> float:
     """What it costs to take a piece as asking for nothing: a reason, a story, a name."""
     wanting = not piece.words.isdisjoint(WANTING)
     if piece.opening == "because":
-        return 0.9 if wanting else -0.6
-    kinds = {c.kind for c in piece.items}
-    told = not piece.words.isdisjoint(TELLING) or any(w.endswith("'s") for w in piece.words)
-    telling = told and kinds.isdisjoint(QUANTITIES | PLACING)
-    calm = kinds.isdisjoint(ASKING)
+        return Cost.ASIDE if wanting else Cost.REASON
+    telling, calm = _is_told(piece), all(c.kind not in ASKING for c in piece.items)
     if best is None and (calm or telling):
-        return 0.9
+        return Cost.ASIDE
     if (telling and not wanting) or (calm and piece.items[0].kind == "never"):
-        return 4.0
+        return Cost.STORY
     return sum(_weight(c) for c in piece.items)
+
+
+def _is_told(piece: Stretch) -> bool:
+    """Whether a piece tells something, with no amount and no place in it."""
+    told = not piece.words.isdisjoint(TELLING) or any(word.endswith("'s") for word in piece.words)
+    return told and all(c.kind not in QUANTITIES | PLACING for c in piece.items)
 
 
 def _weight(item: Chunk) -> float:
     return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
 
 
-def _reading(said: Sequence[Said], notes: tuple[str, ...], earlier: Sequence[F.SemanticFrame]) -> F.Reading:
-    made: list[F.SemanticFrame] = []
-    unread: list[str] = []
-    aside: list[str] = []
-    question = ""
-    asked: tuple[str, ...] = ()
-    before: Said | None = None
-    for clause in said:
+class _ClauseReader:
+    """Reads clauses one after the other; what one leaves open is taken from those before it."""
+
+    def __init__(self, earlier: Sequence[F.SemanticFrame]) -> None:
+        self.earlier = earlier
+        self.made: list[F.SemanticFrame] = []
+        self.unread: list[str] = []
+        self.aside: list[str] = []
+        self.question = ""
+        self.asked: tuple[str, ...] = ()
+        self.before: ReadClause | None = None
+
+    def take(self, clause: ReadClause) -> None:
+        """Read a clause."""
         left = clause.match.unread if clause.match else clause.items
         words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
         if clause.aside:
-            aside += words
-            continue
+            self.aside += words
+            return
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
-            question, asked = _which(choice), choice.names
-        if only := _only(clause, made):
-            made[-1] = replace(made[-1], part=only)
-            continue
-        unread += words
-        slots, open_ = _inherited(clause.match, [*earlier, *made]) if clause.match else ({}, [])
-        frame = _frame(clause.match, slots, clause.items) if clause.match and not open_ else None
+            self.question, self.asked = _which(choice), choice.names
+        if only := _only(clause, self.made):
+            self.made[-1] = replace(self.made[-1], part=only)
+            return
+        self.unread += words
+        if clause.match is not None:
+            self.fill(clause, clause.match)
+
+    def fill(self, clause: ReadClause, match: Match) -> None:
+        """Add the frame of a clause, or ask for what it leaves open."""
+        slots, open_ = _inherited(match, [*self.earlier, *self.made])
         if open_:
-            question = question or _question(open_[0])
-        elif frame is not None:
-            made = added(made, placed([*earlier, *made], _after(frame, clause, before, made)))
-            before = clause
-        elif clause.match:
-            unread += [c.text for c in clause.items]
-    radius = next((c.number.value for clause in said for c in clause.items if c.kind == "threshold" and c.q), None)
-    frames = tuple(within(frame, radius) for frame in settled(made))
+            self.question = self.question or _question(open_[0])
+            return
+        frame = frame_of(match, slots, clause.items)
+        if frame is None:
+            self.unread += [c.text for c in clause.items]
+            return
+        frame = placed([*self.earlier, *self.made], _after(frame, clause, self.before, self.made))
+        self.made, self.before = added(self.made, frame), clause
+
+
+def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Sequence[F.SemanticFrame]) -> F.Reading:
+    """What clauses ask for."""
+    it = _ClauseReader(earlier)
+    for clause in clauses:
+        it.take(clause)
+    radius = next((c.number.value for clause in clauses for c in clause.items if c.kind == "threshold" and c.q), None)
+    frames = tuple(within(frame, radius) for frame in settled(it.made))
     return F.Reading(
-        frames, unread=tuple(unread), aside=tuple(aside), question=question, asked=asked, notes=notes,
+        frames, unread=tuple(it.unread), aside=tuple(it.aside), question=it.question, asked=it.asked, notes=notes,
         improper=improper(frames),
     )  # fmt: skip
 
 
 def _after(
-    frame: F.SemanticFrame, clause: Said, before: Said | None, made: Sequence[F.SemanticFrame]
+    frame: F.SemanticFrame, clause: ReadClause, before: ReadClause | None, made: Sequence[F.SemanticFrame]
 ) -> F.SemanticFrame:
     """A frame with what its clause takes from the one before: its part of the path, its end, or where it waits."""
-    if clause.opening == "and" and (_leads(before) or "them" in clause.words):
-        frame = shared(made, frame)
-    if clause.opening == "and" and "it" in clause.words and made:
-        frame = of_the_end(made[-1], frame)
-    if before is not None and made and not frame.part and not clause.words.isdisjoint(THEN):
-        frame = afterwards(made[-1], frame)
-    return frame
+    if before is None or not made:
+        return frame
+    if clause.opening == "and":
+        if _leads(before) or "them" in clause.words:
+            frame = shared(made, frame)
+        if "it" in clause.words:
+            frame = of_the_end(made[-1], frame)
+    then = not frame.part and not clause.words.isdisjoint(THEN)
+    return afterwards(made[-1], frame) if then else frame
 
 
-def _only(clause: Said, made: Sequence[F.SemanticFrame]) -> PathPart:
+def _only(clause: ReadClause, made: Sequence[F.SemanticFrame]) -> PathPart:
     """The part to which a clause confines what was asked for before it: "only between the cup and the box"."""
     kinds = {c.kind for c in clause.items}
     if "only" not in kinds or not made or made[-1].part or not kinds <= PLACING | FREE | {"obj", "only", "end"}:
@@ -533,9 +605,9 @@ def _which(choice: Chunk) -> str:
     return f"Which {what}: {', '.join(names[:-1])} or {names[-1]}?" if names else f"Which {what} is meant?"
 
 
-def _leads(clause: Said | None) -> bool:
+def _leads(clause: ReadClause) -> bool:
     """Whether a clause opens with the part of the path that it is about."""
-    opening = clause.items[0] if clause is not None else Chunk("", "", (0, 0))
+    opening = clause.items[0]
     return opening.kind in ("part", "point", "pair", "within_of") or (
         opening.kind == "obj" and opening.value in ("at", "near", "by")
     )
@@ -567,46 +639,3 @@ def _from_before(name: str, made: Sequence[F.SemanticFrame]) -> Any:
         if name == "place" and frame.named:
             return frame.named[-1]
     return None
-
-
-GRADED = (F.Shift, F.MoveEnd, F.Approach, F.Pace, F.Smooth, F.Curve, F.Resize, F.Figure)
-"""Frames that words of degree grade."""
-
-
-def _frame(match: Match, slots: Mapping[str, Any], items: Sequence[Chunk]) -> F.SemanticFrame | None:
-    """The frame of a row with these slots."""
-    kind = match.row.kind
-    known = {slot.name for slot in fields(kind)}
-    given = {k: v for k, v in slots.items() if k in known and v is not None}
-    if kind in _ELSEWHERE:
-        slot, find = _ELSEWHERE[kind]
-        given.setdefault(slot, find(items))
-    if kind is F.Pace and given["part"].kind == "turns" and "amount" not in given:
-        given |= {"change": "turns", "part": WHOLE} if given["change"] in ("turns", "slower") else {}
-    if kind not in GRADED and "degree" not in match.row.fixed:
-        given.pop("degree", None)
-    if not given.get("place", ""):
-        given.pop("place", None)
-    try:
-        made = kind(**given, words=tuple(c.span for c in items))
-    except TypeError:
-        return None
-    return held_along(made, {word for c in items for word in c.text.lower().split()})
-
-
-def _axis(items: Sequence[Chunk]) -> str:
-    for item in items:
-        if item.kind == "axis":
-            return item.text.lower() if item.text.lower() in ("x", "y", "z") else "left"
-        for axis, words in (("front", ("front", "back", "fore")), ("up", ("up", "down"))):
-            if item.kind in words or (item.kind == "sideways" and not set(words).isdisjoint(item.text.lower().split())):
-                return axis
-    return "left"
-
-
-_ELSEWHERE: Mapping[type[F.SemanticFrame], tuple[str, Callable[[Sequence[Chunk]], Any]]] = {
-    F.Mirror: ("axis", _axis),
-    F.MoveEnd: ("end", lambda items: next((c.value[0] for c in items if c.kind == "end"), None)),
-    F.Visit: ("objects", lambda items: tuple(n for c in items if c.kind == "obj" for n in c.names)),
-}
-"""Slots that are found anywhere in a clause where no filler has filled them."""

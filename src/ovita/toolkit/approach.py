@@ -34,6 +34,9 @@ HOVER_BRAKE = 0.05
 SHORTEST = 0.01
 """Share of the path's length below which no segment is divided for a jump."""
 
+LEAST_ROOM = 0.25
+"""Share of the path's length from both ends at which there is always room for a jump."""
+
 
 @operation("Objects: come closer, stay away, pass", core=True)
 def closer(
@@ -378,8 +381,9 @@ def go_through(
 def hop(traj: ArrayLike, obj: Target, height: float, *, width: float = 0.2, frame: Frame = RFU) -> Array:
     """Jump over an object, so many metres above its top.
 
-    The start and the goal stay. The waypoint nearest to the object comes to lie above it; the path rises smoothly, is
-    level over the bounding sphere, and falls. What is higher already is not lowered.
+    The start and the goal stay. The waypoint nearest to the object comes to lie above it, or, where the object is
+    beside an end, the nearest that leaves room to rise and fall; the path rises smoothly, is level over the bounding
+    sphere, and falls. What is higher already is not lowered.
 
     Args:
         traj: (N, 4); where the waypoints are too sparse for the jump, more are inserted.
@@ -481,12 +485,16 @@ def _window(rows: Array, centre: Array, share: float) -> Mask:
 def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> tuple[int, Array]:
     """The waypoint nearest to a point, ends aside, and the weights (N,) of a jump there.
 
-    They are 1 within `level` of that waypoint, and 0 beyond `share` more and at both ends of the path.
+    They are 1 within `level` of that waypoint, and 0 beyond `share` more and at both ends of the path. The waypoint is
+    twice `level` from both ends, where there is one, so that the level part has room.
     """
     fraction = fractions(rows[:, :3])
     inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
     if not len(inner):
         raise ValueError(f"no waypoint lies between start and goal; call resample(traj, 20) before {name}")
+    from_end = np.minimum(fraction[inner], 1.0 - fraction[inner])
+    roomy = inner[from_end >= min(2.0 * level, LEAST_ROOM)]
+    inner = roomy if len(roomy) else inner
     i = int(inner[np.argmin(lengths(rows[inner, :3] - centre))])
     gap = fraction - fraction[i]
     reach = np.minimum(share + level, np.where(gap < 0.0, fraction[i], 1.0 - fraction[i]))

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 from functools import cached_property
 from importlib.util import find_spec
 from threading import Event, Thread
@@ -101,6 +102,18 @@ a postcondition. "unused": it does not use a number of the instruction.
 """
 
 
+class Rank(IntEnum):
+    """How good an attempt is, the best last: by its rank one of several writers' attempts is taken."""
+
+    FAILED = 0
+    REFUSED = 1
+    QUESTION = 2
+    BROKEN = 3
+    """A policy that ran, but not as meant."""
+    TO_CONFIRM = 4
+    AS_MEANT = 5
+
+
 @dataclass(frozen=True)
 class Attempt:
     """One reply of a writer and its outcome.
@@ -131,11 +144,13 @@ class Attempt:
         return self.reply.code if self.policy is None else self.policy.source
 
     @property
-    def rank(self) -> int:
-        """Rank of an outcome: policy as meant, one to be confirmed, other policy, question, refusal, failure."""
+    def rank(self) -> Rank:
+        """How good what came of it is."""
         if self.policy is not None:
-            return 4 if self.reply.confirm else 3 if self.failure else 5
-        return 0 if self.failure else {"question": 2, "not_understood": 1}[self.reply.kind]
+            return Rank.TO_CONFIRM if self.reply.confirm else Rank.BROKEN if self.failure else Rank.AS_MEANT
+        if self.failure:
+            return Rank.FAILED
+        return Rank.QUESTION if self.reply.kind == "question" else Rank.REFUSED
 
     @property
     def summary(self) -> str:

@@ -29,6 +29,7 @@ from ovita.writers.base import (
     Failure,
     PolicyWriter,
     Prompt,
+    Rank,
     Reply,
     WriterInfo,
     broken_promise,
@@ -53,16 +54,20 @@ def write(prompt: Prompt, writer: PolicyWriter, *, isolation: Isolation, repairs
         one = replace(_ask(prompt, member, isolation, repairs, lap), by=member)
         done.append(one)
         tried.append(f"{member.name}: {one.summary}")
-        if one.rank in (2, 5) or prompt.budget.over():
+        if one.rank in (Rank.QUESTION, Rank.AS_MEANT) or prompt.budget.over():
             break
         if len(done) < len(line):
             prompt = with_hint(prompt, one.reply)
     # A policy that promises nothing is no better than one that tried and broke a promise, so the earlier one stays.
-    best = max(done, key=lambda one: one.rank if one.rollout and one.rollout.expectations else min(one.rank, 3))
-    if best.rank == 0 and len(line) > 1:
+    best = max(done, key=lambda one: one.rank if _promises(one) else min(one.rank, Rank.BROKEN))
+    if best.rank == Rank.FAILED and len(line) > 1:
         best = replace(best, error=" ".join(f"{said.rstrip('.')}." for said in tried))
     info = replace(best.reply.writer, tried=tuple(tried))
     return replace(best, reply=replace(best.reply, writer=info), count=sum(one.count for one in done))
+
+
+def _promises(attempt: Attempt) -> bool:
+    return attempt.rollout is not None and bool(attempt.rollout.expectations)
 
 
 def judged(request: Request, rollout: Rollout, result: Array) -> tuple[Outcome, ...]:
@@ -169,7 +174,11 @@ def unused(instruction: str, code: str) -> tuple[str, ...]:
 
 
 def _in(number: str, used: set[float]) -> bool:
-    """Whether a number is used: converted, as its inverse, as more or less by that share, or as the index beside it."""
+    """Whether a policy uses a number that was said.
+
+    It counts as used where one of the policy's numbers is the same in another unit (30 cm as 0.3), its inverse (a third
+    as 1 / 3), 1 more or less that share (20 % faster as 1.2), or the index that it stands for (waypoint 5 as 4).
+    """
     n = float(number)
     meant = [n * scale for scale in _SCALES]
     meant += [1 / n, 1 + n / 100, 1 - n / 100, 1 + n, 1 - n, n - 1]

@@ -4,10 +4,10 @@ from ovita.writers.base import Reply, WriterInfo
 
 
 class AcmeWriter:
-    """Arcs over the first object that the instruction names.
+    """Bows the path upwards where the instruction says "bow", and understands nothing else.
 
     Args:
-        model: What follows the colon of its name: the height of the arc [m].
+        model: What follows the colon of its name: the height of the bow [m].
     """
 
     def __init__(self, model: str) -> None:
@@ -16,12 +16,10 @@ class AcmeWriter:
 
     def write(self, prompt):
         """Answer a prompt (`ovita.writers.base.Prompt`)."""
-        request, info = prompt.request, WriterInfo("acme")
-        named = [name for name in request.scene.names if name in request.instruction.lower()]
-        if not named:
-            return Reply("not_understood", unplaced=(request.instruction,), writer=info)
+        said, info = prompt.request.instruction, WriterInfo("acme")
+        if "bow" not in said.lower():
+            return Reply("not_understood", unplaced=(said,), writer=info)
         code = f"""def adapt(traj, scene, *, height={self.height!r}):
-    thing = scene[{named[0]!r}]
-    return arc_over(traj, thing, height)
+    return acme_bow(traj, height)
 """
-        return Reply("policy", plan=(f"Fly over the {named[0]} in an arc.",), code=code, writer=info)
+        return Reply("policy", plan=("Bow the path upwards.",), code=code, writer=info)
