@@ -17,14 +17,12 @@ from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Rea
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
+from ovita.sources.phrases import CARRIERS, TOUCHING, WayPhrase
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
 from ovita.sources.stops import (
-    CARRIERS,
-    TOUCHING,
     TURNING,
-    WayPhrase,
     WayStop,
     carries,
     ordered_way,

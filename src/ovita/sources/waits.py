@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import Quantity, Reading, Wait
 from ovita.instruct.lexicon import Amount
 from ovita.sources.mentions import WayTold
+from ovita.sources.phrases import WayPhrase
 from ovita.sources.places import Location, way_words
-from ovita.sources.stops import WayPhrase, WayStop, same_place, stops_of
+from ovita.sources.stops import WayStop, same_place, stops_of
 from ovita.sources.wishes import Wish, wishes_of
 
 TOWARD = way_words("toward")
@@ -33,6 +34,8 @@ class Waits:
         text = self.way.text
         own = next((stop for stop in stops_of(text, phrase) if stop.place), None)
         heard = wishes_of(phrase.said, text.scene)
+        if phrase.role == "wish" and heard and all(map(_complete, heard)):
+            return heard, False  # "half speed for the first 3 seconds"
         free = following is not None and not following.reasons and not self.way.is_place(following)
         if following is not None and free and own is None and not _shared(heard):
             longer = wishes_of(text.text[phrase.span[0] : following.span[1]].strip(" ,;."), text.scene)
@@ -105,6 +108,12 @@ def _shared(heard: Sequence[Wish]) -> bool:
     """Whether it comes to a wait at a share of the way."""
     waits = [frame for wish in heard for frame in wish.frames if isinstance(frame, Wait)]
     return any(frame.place == "middle" or isinstance(frame.place, Quantity) for frame in waits)
+
+
+def _complete(wish: Wish) -> bool:
+    """Whether a wish is certain, and no wait in it lacks its place: "half speed for the first 3 seconds"."""
+    placed = all(frame.place != "" for frame in wish.frames if isinstance(frame, Wait))
+    return wish.outcome == "do" and bool(wish.frames) and placed
 
 
 def _durations(phrase: WayPhrase) -> list[str]:

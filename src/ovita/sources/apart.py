@@ -1,0 +1,101 @@
+"""Clauses beside the way, read as a whole by the readers of instructions: "From A to B. Dawdle by the bowl, though"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from ovita.instruct.frames import (
+    Approach,
+    Clearance,
+    Figure,
+    Height,
+    Hop,
+    Hover,
+    Pace,
+    SemanticFrame,
+    Side,
+    Visit,
+    Wait,
+)
+from ovita.instruct.referee import understand
+from ovita.sources.phrases import WAY, WayPhrase, around, part_of, places_among
+from ovita.sources.places import Location, Relation, Text
+from ovita.sources.reasons import ENDING
+from ovita.sources.tagging import ROLES
+from ovita.sources.wishes import bare
+
+READ = (Approach, Clearance, Figure, Height, Hop, Hover, Pace, Wait)
+"""What a clause beside the way may come to; others could as well be told of the way."""
+
+ENDS = 0.5
+"""How likely a phrase has to be the end of a way, to be kept as one."""
+
+
+def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases of a sentence, with each clause that the readers of instructions are sure of as one phrase.
+
+    Only clauses without which a start and a goal are told still; what only goes by something is planned.
+    """
+    found = list(phrases)
+    for pieces in _clauses(text, phrases):
+        inside = [phrase for phrase in found if phrase.pieces.start in pieces]
+        others = {phrase.role for phrase in found if phrase not in inside}
+        if not {"start", "goal"} <= others or any(phrase.why for phrase in inside) or not _mixed(inside):
+            continue
+        whole = _as_a_wish(text, pieces, inside)
+        if whole is not None:
+            cut = (part for phrase in found for part in around(text, phrase, whole.pieces))
+            found = sorted([*cut, whole], key=lambda phrase: phrase.span)
+    return found
+
+
+def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
+    """The pieces of each clause: a sentence, or what stands before or behind the ends of the way in one."""
+    marks = [-1, *(k for k, word in enumerate(text.words) if word in ENDING - {","}), len(text)]
+    for before, behind in pairwise(marks):
+        yield range(before + 1, behind)
+        ends = [p.pieces for p in phrases if p.role in ("start", "goal") and before < p.pieces.start < behind]
+        for k in range(before + 1, behind):
+            if text.words[k] == "," and ends and k >= ends[0].stop:
+                yield range(k + 1, behind)
+
+
+def _mixed(inside: Sequence[WayPhrase]) -> bool:
+    """Whether a clause is more than one wish."""
+    roles = [phrase.role for phrase in inside if phrase.role is not None or any(map(str.isalnum, phrase.said))]
+    return bool({*roles} & {*WAY}) or roles.count("wish") + roles.count("wait") > 1 or None in roles
+
+
+def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhrase | None:
+    """A clause as one phrase: a wish, or what the way passes; None where it is not certain."""
+    said = [k for k in pieces if text.words[k][0].isalnum()]
+    if len(said) < 2:
+        return None
+    whole = part_of(text, inside[0], range(said[0], said[-1] + 1))
+    verdict = understand(bare(whole.said), text.scene)
+    frames = verdict.reading.frames
+    if verdict.outcome != "do" or not frames or verdict.unused or verdict.doubts:
+        return None
+    passed = [place for frame in frames if (place := _passed(text, frame)) is not None]
+    none = dict.fromkeys(ROLES, 0.0)
+    if len(passed) == len(frames) == 1:
+        told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
+        if any((p.relation, p.objects, p.distance) == (q.relation, q.objects, q.distance) for p in passed for q in told):
+            return None
+        return replace(whole, role="via", shares=none | {"via": 1.0}, seen=passed[0])
+    if all(isinstance(frame, READ) for frame in frames):
+        return replace(whole, role="wish", shares=none | {"wish": 1.0})
+    return None
+
+
+def _passed(text: Text, frame: SemanticFrame) -> Location | None:
+    """What a frame says to pass, or None."""
+    if isinstance(frame, Side) and len(frame.objects) == 1:
+        relation: Relation | None = next((r for r in ("left", "right", "front", "back") if r == frame.direction), None)
+        return Location(relation, (text.scene[frame.objects[0]],)) if relation else None
+    if isinstance(frame, Visit) and frame.relation != "at":
+        far = None if frame.by is None or frame.by.unit != "m" else frame.by.value
+        return Location(frame.relation, tuple(text.scene[name] for name in frame.objects), far)
+    return None
