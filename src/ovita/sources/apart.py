@@ -19,18 +19,13 @@ from ovita.instruct.frames import (
     Visit,
     Wait,
 )
-from ovita.instruct.referee import understand
 from ovita.sources.phrases import WAY, WayPhrase, around, part_of, places_among
 from ovita.sources.places import Location, Relation, Text
-from ovita.sources.reasons import ENDING
 from ovita.sources.tagging import ROLES
-from ovita.sources.wishes import bare
+from ovita.sources.wishes import bare, read_wish
 
 READ = (Approach, Clearance, Figure, Height, Hop, Hover, Pace, Wait)
 """What a clause beside the way may come to; others could as well be told of the way."""
-
-ENDS = 0.5
-"""How likely a phrase has to be the end of a way, to be kept as one."""
 
 
 def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
@@ -42,7 +37,8 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
     for pieces in _clauses(text, phrases):
         inside = [phrase for phrase in found if phrase.pieces.start in pieces]
         others = {phrase.role for phrase in found if phrase not in inside}
-        if not {"start", "goal"} <= others or any(phrase.why for phrase in inside) or not _mixed(inside):
+        cut = any(phrase.pieces.stop > pieces.stop or phrase.why for phrase in inside)
+        if not {"start", "goal"} <= others or cut or not _mixed(inside):
             continue
         whole = _as_a_wish(text, pieces, inside)
         if whole is not None:
@@ -53,7 +49,7 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
 
 def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
     """The pieces of each clause: a sentence, or what stands before or behind the ends of the way in one."""
-    marks = [-1, *(k for k, word in enumerate(text.words) if word in ENDING - {","}), len(text)]
+    marks = [-1, *(k for k, word in enumerate(text.words) if word in ".;!?"), len(text)]
     for before, behind in pairwise(marks):
         yield range(before + 1, behind)
         ends = [p.pieces for p in phrases if p.role in ("start", "goal") and before < p.pieces.start < behind]
@@ -74,20 +70,25 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     if len(said) < 2:
         return None
     whole = part_of(text, inside[0], range(said[0], said[-1] + 1))
-    verdict = understand(bare(whole.said), text.scene)
-    frames = verdict.reading.frames
-    if verdict.outcome != "do" or not frames or verdict.unused or verdict.doubts:
+    wish = read_wish(bare(whole.said), text.scene)
+    frames = wish.frames
+    if wish.outcome != "do" or not frames or wish.doubts:
         return None
     passed = [place for frame in frames if (place := _passed(text, frame)) is not None]
     none = dict.fromkeys(ROLES, 0.0)
     if len(passed) == len(frames) == 1:
         told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
-        if any((p.relation, p.objects, p.distance) == (q.relation, q.objects, q.distance) for p in passed for q in told):
+        if told and all(_alike(place, passed[0]) for place in told):
             return None
         return replace(whole, role="via", shares=none | {"via": 1.0}, seen=passed[0])
-    if all(isinstance(frame, READ) for frame in frames):
+    low = any(isinstance(frame, Hover) and frame.by is None for frame in frames)  # a wait over what is passed
+    if not low and all(isinstance(frame, READ) for frame in frames):
         return replace(whole, role="wish", shares=none | {"wish": 1.0})
     return None
+
+
+def _alike(one: Location, other: Location) -> bool:
+    return (one.relation, one.objects, one.distance) == (other.relation, other.objects, other.distance)
 
 
 def _passed(text: Text, frame: SemanticFrame) -> Location | None:

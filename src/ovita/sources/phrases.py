@@ -14,6 +14,7 @@ from ovita.sources.sides import SeenSide, seen_sides
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES
 
+SET_OFF = way_words("set off") | way_words("come in")
 CARRIERS, TOUCHING, DISMISSAL, REASON, HEED = map(way_words, ("carrier", "touching", "dismissal", "reason", "heed"))
 
 WAY: tuple[Role, ...] = ("start", "via", "goal")
@@ -103,6 +104,7 @@ TYING = (TIES | {","}) - {"or", "having", "been", "please"}
 
 
 def phrases_of(text: Text) -> list[WayPhrase]:
+    """The phrases of a sentence, in order."""
     points = [piece.span for piece in text.pieces if piece.point is not None]
     found = []
     for tagged in tagger().read(seen_with_points(text.text, text.scene, points)):
@@ -111,12 +113,46 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
         words = tuple(text.words[k] for k in pieces)
         role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
-        found.append(WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
+        phrase = WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
+        found += _parted(text, phrase)
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
-    return _with_manners(text, _with_particles(text, found))
+    return _with_manners(text, _with_particles(text, _with_ends(text, found)))
+
+
+def _with_ends(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with an end that nothing else tells, where a wish tells it besides: "start slowly at the bed"."""
+    found = list(phrases)
+    for role, cues in CUES:
+        for k, phrase in enumerate(found):
+            tells = phrase.role == "wish" and not phrase.amounts and places_among(text, phrase.pieces)
+            begun = next((word for word in phrase.words if word not in TIES), "") in cues
+            if tells and begun and all(other.role != role for other in found):
+                found[k] = replace(phrase, role=role, shares=dict.fromkeys(ROLES, 0.0) | {role: 1.0})
+    return found
+
+
+def _parted(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
+    """A phrase parted where a word in front of its second place tells another role: "over to the barn | from the kiosk"."""
+    found = places_among(text, phrase.pieces) if phrase.role in WAY else []
+    for (_, before), (_, pieces) in pairwise(found):
+        told = ((k, role) for k in range(before.stop, pieces.start) for role, cues in CUES if text.words[k] in cues)
+        k, role = next(told, (0, phrase.role))
+        if role is not None and role != phrase.role:
+            first, rest = range(phrase.pieces.start, k), range(k, phrase.pieces.stop)
+            of_role = dict.fromkeys(ROLES, 0.0) | {role: 1.0}
+            other = part_of(text, replace(phrase, role=role, shares=of_role), rest)
+            return [part_of(text, phrase, first), *_parted(text, other)]
+    return [phrase]
+
+
+CUES: tuple[tuple[Role, frozenset[str]], ...] = (
+    ("start", way_words("starting") | {"from", "leaving"}),
+    ("goal", way_words("final") | {"to", "towards", "into"}),
+)
+"""Words in front of a place that tell its role."""
 
 
 def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
@@ -130,11 +166,16 @@ def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
             for k in manners:
                 *before, last = rest
                 if k in last.pieces:
-                    rest = [*before, *around(text, last, range(k, k + 1))]
+                    rest = [*before, *around(text, last, _manner(text, k))]
             none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
-            rest += [part_of(text, replace(phrase, role="wish", shares=none), range(k, k + 1)) for k in manners]
+            rest += [part_of(text, replace(phrase, role="wish", shares=none), _manner(text, k)) for k in manners]
         found += rest
     return sorted(found, key=lambda phrase: phrase.span)
+
+
+def _manner(text: Text, k: int) -> range:
+    """A word that tells how fast, with the one that says at which end of the way: "start slowly | at the bed"."""
+    return range(k - 1 if k > 0 and text.words[k - 1] in SET_OFF else k, k + 1)
 
 
 MANNERS = frozenset(("slower", "faster", "creep"))

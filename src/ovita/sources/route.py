@@ -49,7 +49,8 @@ SURE = 0.6
 """How likely the way has to be, among all that the places might make, to be planned without asking."""
 
 STARTING, FINISHING = map(way_words, ("starting", "finishing"))
-FASTEST, HASTE, DEMANDS, AGAIN, APART = map(way_words, ("fastest", "haste", "demand", "as before", "apart"))
+FASTEST, HASTE, DEMANDS, AGAIN = map(way_words, ("fastest", "haste", "demand", "as before"))
+APART, EVERYTHING = map(way_words, ("apart", "everything"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,11 +225,15 @@ class _Besides:
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
             self._take(phrase, heard)
-        elif phrase.role == "wish":
+        elif phrase.role == "wish" and not self._carries(phrase):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
         return joined
+
+    def _carries(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
+        return CARRIERS.issuperset(phrase.words) and self.way.leads_to_a_place(phrase)
 
     def _excused(self, phrase: WayPhrase, said: str, denied: bool) -> bool:
         """Whether a phrase tells why, or what to leave out, which is noted."""
@@ -388,7 +393,7 @@ class _Besides:
         said = bare(self.way.resolved(phrase))
         if (kept := self._kept_alone(phrase)) is not None:
             return [kept]
-        heard = wishes_of(said, text.scene)
+        heard = [self._without_ends(wish) for wish in wishes_of(said, text.scene)]
         if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
             heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
@@ -396,6 +401,17 @@ class _Besides:
             return heard
         again = wishes_of(f"{said} from {the(meant.objects[0].name)}", text.scene)
         return heard if any(wish.outcome == "ask" for wish in again) else again
+
+    def _without_ends(self, wish: Wish) -> Wish:
+        """A distance from everything as one from all but where the way begins and ends."""
+
+        def kept(frame: SemanticFrame) -> SemanticFrame:
+            if not isinstance(frame, Clearance) or len(frame.objects) < 2:
+                return frame
+            others = tuple(name for name in frame.objects if not self.way.ends_at([name]))
+            return replace(frame, objects=others or frame.objects)
+
+        return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
 
     def _kept_alone(self, phrase: WayPhrase) -> Wish | None:
         """The distance that is all that a phrase tells, kept from its object, or from what is passed: "50 cm away"."""
@@ -408,13 +424,24 @@ class _Besides:
             taken |= {*range(own[0] - phrase.pieces.start, own[2] - phrase.pieces.start)}
         meant = text.meant_at(phrase.pieces.start) if own is None else own[1]
         others = [word for k, word in enumerate(phrase.words) if k not in taken and word[0].isalnum()]
-        if len(told) != 1 or not APART.issuperset(others) or meant is None or meant.unclear:
+        if len(told) != 1 or not (APART | EVERYTHING).issuperset(others):
+            return None
+        if own is None and not EVERYTHING.isdisjoint(others):
+            return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least"))
+        if not APART.issuperset(others) or meant is None or meant.unclear:
             return None
         if not self._passed_or_aside(meant):
             return None
         name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
         said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"
         return Wish(said, "do", Reading(frames=(Clearance(objects=(name,), distance=far),)))
+
+    def _kept_from_all(self, phrase: WayPhrase, far: Quantity) -> Wish | None:
+        """A distance from each object that is none of the way: "nothing closer than 30 cm"."""
+        ways = {item.name for stop in self.way.stops if stop.place for item in stop.place.objects}
+        names = tuple(name for name in self.way.text.scene.names if name not in ways)
+        frames = (Clearance(objects=names, distance=far),)
+        return Wish(bare(phrase.said), "do", Reading(frames=frames)) if names else None
 
     def _passed_or_aside(self, place: Location) -> bool:
         """Whether a place is only passed, or mentioned and none of the way."""

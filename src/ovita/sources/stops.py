@@ -24,7 +24,7 @@ from ovita.sources.places import SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.tagging import Role
 from ovita.sources.wishes import TIES, wishes_of
 
-BACK = way_words("again")
+BACK, FIRST, FINAL = map(way_words, ("again", "starting", "final"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,7 +212,7 @@ def _left(text: Text, phrase: WayPhrase, stop: WayStop, found: Sequence[tuple[Lo
     far = place.distance is None and _metres(text.words, over) is not None
     turned = any(term_at(text.words, k)[0] in TURNING or text.words[k] == "side" for k in over)
     widely = any(text.words[k] in WIDELY and k + 1 in taken for k in over) and place.distance is None
-    aside = turned and phrase.role == "via" and place.relation not in SIDES
+    aside = turned and place.relation not in SIDES
     return phrase.said if far or widely or aside else ""
 
 
@@ -299,6 +299,12 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
         found.append({"start", "goal"} if passed else set())
+    ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
+    for end, cues in ends:
+        said = [not cues.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
+        if said.count(True) == 1:
+            for unlike, told_so in zip(found, said, strict=True):
+                unlike |= set() if told_so else {end}
     for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
         between = {*text.words[one.pieces.stop : two.pieces.start]}
         listed_alike = one.phrase is two.phrase and one.role != "via"

@@ -73,7 +73,7 @@ class Waits:
         if own is None and "every" in phrase.classes:
             return [self._spot(s.place) for s in way.stops if s.role != "start" and s.place and s.place.objects]
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
-        if own is None and {"start", "goal"} & {*map(str, told)}:
+        if own is None and "there" not in phrase.words and {"start", "goal"} & {*map(str, told)}:
             return [str(place) for place in told if place in ("start", "goal")][:1]
         places = [place for place in (self._meant(own), *self._near_by(phrase)) if place]
         return [self._spot(place) for place in places if place.objects or place is way.goal][:1]

@@ -18,6 +18,7 @@ from ovita.instruct.frames import (
     SemanticFrame,
     Shift,
     Smooth,
+    Wait,
     same,
 )
 from ovita.instruct.referee import DO, Outcome, Understanding, understand
@@ -27,7 +28,8 @@ from ovita.sources.heights import HeightTold, height_in
 from ovita.sources.laps import Lap, lap_in
 from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
-TIES, ONWARD = map(way_words, ("tie", "onward"))
+TIES, ONWARD, COURTESIES = map(way_words, ("tie", "onward", "courtesy"))
+STARTING, FINISHING = map(way_words, ("set off", "come in"))
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,10 @@ class Level:
 
 def bare(said: str) -> str:
     """A wish without the words that tie it to what is before."""
-    said = said.strip(" ,;.:")
+    said = said.strip(" ,;.:!?")
+    before, _, last = said.rpartition(" ")
+    if before and last.lower() in COURTESIES:
+        return bare(before)
     first, _, rest = said.partition(" ")
     return bare(rest) if first.lower().strip(",") in TIES and rest else said
 
@@ -128,9 +133,9 @@ def _onward(said: str, scene: Scene) -> list[Wish]:
 
 def _apart(said: str, scene: Scene) -> list[Wish]:
     """What a phrase comes to as a whole, or part by part where only that is certain."""
-    whole = _wish(said, scene)
+    whole = read_wish(said, scene)
     texts = map(bare, said.replace(";", ",").replace(" and ", ", ").split(", "))
-    parts = [_wish(part, scene) for part in texts if part]
+    parts = [read_wish(part, scene) for part in texts if part]
     sure = [part for part in parts if part.outcome == "do"]
     if 1 < len(parts) == len(sure) and (whole.outcome != "do" or len(whole.frames) < len(parts)):
         return parts
@@ -148,15 +153,32 @@ def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
     return same(tuple(frame for part in sure for frame in part.frames), whole.frames)
 
 
-def _wish(said: str, scene: Scene) -> Wish:
-    """What a phrase comes to: within a sentence, a word too many that asks for nothing does not put it in doubt."""
+def read_wish(said: str, scene: Scene) -> Wish:
+    """What a phrase comes to as a whole: within a sentence, a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
     upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else 2.0}[verdict.by]
     plain = verdict.by == "both" or not verdict.unused
     sure = (verdict.confidence >= enough and plain and not verdict.doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
-    return Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts)
+    return _at_an_end(Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts))
+
+
+def _at_an_end(wish: Wish) -> Wish:
+    """A wish with a change of speed at that end of the way which its first words are about: "start slowly"."""
+    words = wish.text.lower().split()
+    begins, ends = (phrase_at(words, 0, phrases)[1] for phrases in (STARTING, FINISHING))
+    (frame, *more) = wish.frames or (None,)
+    if more or not isinstance(frame, Pace) or frame.part != WHOLE or frame.amount is not None or not (begins or ends):
+        return wish
+    if len(words) > max(begins, ends) + MANNER:
+        return wish
+    there = replace(frame, part=PathPart("first" if begins else "last", unit="share"))
+    return replace(wish, reading=replace(wish.reading, frames=(there,)), unused=())
+
+
+MANNER = 3
+"""Words that tell how an end of the way is left or come to: "nice and slowly"."""
 
 
 def _same_speed(verdict: Understanding) -> bool:
@@ -204,11 +226,15 @@ def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
 
 
 def without_twins(wishes: Sequence[Wish]) -> list[Wish]:
-    """Wishes but for a change of speed by no amount that another one tells: "take it easy, half speed"."""
-    paces = [frame for wish in wishes for frame in wish.frames if isinstance(frame, Pace)]
-    told = [(pace.change, pace.part) for pace in paces if pace.quantities]
+    """Wishes but for a change of speed, or a wait, by no amount that another one tells: "take it easy, half speed"."""
+    told = [_subject(frame) for wish in wishes for frame in wish.frames if frame.quantities]
 
     def twin(frame: SemanticFrame) -> bool:
-        return isinstance(frame, Pace) and not frame.quantities and (frame.change, frame.part) in told
+        return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
     return [wish for wish in wishes if not wish.frames or not all(map(twin, wish.frames))]
+
+
+def _subject(frame: SemanticFrame) -> object:
+    """What a change of speed or a wait is about, whatever its amount."""
+    return (frame.change, frame.part) if isinstance(frame, Pace) else getattr(frame, "place", None)
