@@ -21,11 +21,14 @@ from ovita.instruct.frames import (
 )
 from ovita.sources.phrases import WAY, WayPhrase, around, part_of, places_among
 from ovita.sources.places import Location, Relation, Text
-from ovita.sources.tagging import ROLES
+from ovita.sources.tagging import ROLES, Role
 from ovita.sources.wishes import bare, read_wish
 
 READ = (Approach, Clearance, Figure, Height, Hop, Hover, Pace, Wait)
 """What a clause beside the way may come to; others could as well be told of the way."""
+
+LIKELY = 0.6
+"""How likely an end of the way has to be to be kept as one, where two places are told besides."""
 
 
 def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
@@ -37,6 +40,8 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
     for pieces in _clauses(text, phrases):
         inside = [phrase for phrase in found if phrase.pieces.start in pieces]
         others = {phrase.role for phrase in found if phrase not in inside}
+        if sum(phrase.role in WAY for phrase in found if phrase not in inside) > 1:
+            others |= {phrase.role for phrase in inside if phrase.role and phrase.shares[phrase.role] < LIKELY}
         cut = any(phrase.pieces.stop > pieces.stop or phrase.why for phrase in inside)
         if not {"start", "goal"} <= others or cut or not _mixed(inside):
             continue
@@ -48,14 +53,16 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
 
 
 def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
-    """The pieces of each clause: a sentence, or what stands before or behind the ends of the way in one."""
+    """The pieces of each clause, the longest first: a sentence, or what commas and reasons set apart in one."""
     marks = [-1, *(k for k, word in enumerate(text.words) if word in ".;!?"), len(text)]
     for before, behind in pairwise(marks):
         yield range(before + 1, behind)
-        ends = [p.pieces for p in phrases if p.role in ("start", "goal") and before < p.pieces.start < behind]
-        for k in range(before + 1, behind):
-            if text.words[k] == "," and ends and k >= ends[0].stop:
-                yield range(k + 1, behind)
+        stops = [p.pieces.start for p in phrases if p.why and before < p.pieces.start < behind]
+        commas = [before, *(k for k in range(before + 1, behind) if text.words[k] in (",", "-")), behind]
+        for k, comma in enumerate(commas):
+            yield from (
+                range(comma + 1, end) for end in sorted([*commas[k + 1 :], *stops], reverse=True) if end > comma
+            )
 
 
 def _mixed(inside: Sequence[WayPhrase]) -> bool:
@@ -78,12 +85,14 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     none = dict.fromkeys(ROLES, 0.0)
     if len(passed) == len(frames) == 1:
         told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
-        if told and all(_alike(place, passed[0]) for place in told):
+        passing = all(phrase.role == "via" for phrase in inside if phrase.role in WAY)
+        if told and passing and all(_alike(place, passed[0]) for place in told):
             return None
         return replace(whole, role="via", shares=none | {"via": 1.0}, seen=passed[0])
     low = any(isinstance(frame, Hover) and frame.by is None for frame in frames)  # a wait over what is passed
     if not low and all(isinstance(frame, READ) for frame in frames):
-        return replace(whole, role="wish", shares=none | {"wish": 1.0})
+        role: Role = "wait" if any(isinstance(frame, Wait) for frame in frames) else "wish"
+        return replace(whole, role=role, shares=none | {role: 1.0})
     return None
 
 

@@ -14,6 +14,7 @@ from ovita.sources.sides import SeenSide, seen_sides
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES
 
+GROUND = frozenset(words for words in way_words("raised") if {"ground", "floor", "air", "agl"} & {*words.split()})
 SET_OFF = way_words("set off") | way_words("come in")
 CARRIERS, TOUCHING, DISMISSAL, REASON, HEED = map(way_words, ("carrier", "touching", "dismissal", "reason", "heed"))
 
@@ -114,7 +115,7 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         words = tuple(text.words[k] for k in pieces)
         role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
         phrase = WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
-        found += _parted(text, phrase)
+        found += [part for whole in _with_heights(text, phrase) for part in _parted(text, whole)]
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
@@ -134,11 +135,28 @@ def _with_ends(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
     return found
 
 
+def _with_heights(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
+    """A phrase of a place with the height over the ground in it as a wish: "at the jar | 0.4 m above the ground"."""
+    if phrase.role not in (*WAY, None):
+        return [phrase]
+    for k, amount in phrase.amounts:
+        first = phrase.pieces.start + k
+        end = first + amount.used + phrase_at(text.words, first + amount.used, GROUND)[1]
+        if amount.unit == "m" and end > first + amount.used:
+            first -= text.words[first - 1 : first] == ["at"]
+            wish = replace(phrase, role="wish", shares=dict.fromkeys(ROLES, 0.0) | {"wish": 1.0})
+            parts = [*around(text, phrase, range(first, end)), part_of(text, wish, range(first, end))]
+            return sorted(parts, key=lambda part: part.span)
+    return [phrase]
+
+
 def _parted(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
     """A phrase parted where a word in front of its second place tells another role: "over to the barn | from the kiosk"."""
     found = places_among(text, phrase.pieces) if phrase.role in WAY else []
-    for (_, before), (_, pieces) in pairwise(found):
-        told = ((k, role) for k in range(before.stop, pieces.start) for role, cues in CUES if text.words[k] in cues)
+    for (here, before), (there, pieces) in pairwise(found):
+        if here.objects == there.objects:
+            continue
+        told = ((k, role) for k in range(before.stop, pieces.stop) for role, cues in CUES if text.words[k] in cues)
         k, role = next(told, (0, phrase.role))
         if role is not None and role != phrase.role:
             first, rest = range(phrase.pieces.start, k), range(k, phrase.pieces.stop)
@@ -151,6 +169,7 @@ def _parted(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
 CUES: tuple[tuple[Role, frozenset[str]], ...] = (
     ("start", way_words("starting") | {"from", "leaving"}),
     ("goal", way_words("final") | {"to", "towards", "into"}),
+    ("via", frozenset("via past through passing across over between".split())),
 )
 """Words in front of a place that tell its role."""
 

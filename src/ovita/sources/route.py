@@ -94,7 +94,7 @@ class Route:
         """The route as its rings are planned: they are no wishes, and their objects are none of the way otherwise."""
         figures = [ring.figure for ring in self.rings]
         wishes = (wish.without(figures) for wish in self.wishes)
-        kept = tuple(wish for wish in wishes if wish.frames or wish.outcome != "do")
+        kept = tuple(wish for wish in wishes if wish.frames or (wish.outcome != "do" and not wish.lap))
         via = tuple(place for place in self.via if not any(circles(figure, place) for figure in figures))
         return replace(self, wishes=kept, via=via)
 
@@ -461,13 +461,15 @@ class _Besides:
         far = next((amount.value for _, amount in phrase.amounts if amount.unit == "m"), None)
         goal, scene = self.goal, self.way.text.scene
         ends = [str(f.place) for f in frames if isinstance(f, StopAt)]
-        if far is None or goal is None or len(ends) != 1 or len(frames) != 1 or scene.find(ends[0]) is None:
+        if goal is None or len(ends) != 1 or len(frames) != 1 or scene.find(ends[0]) is None:
             return False
         item = scene[ends[0]]
         named = {thing.name for stop in self.way.stops if stop.place for thing in stop.place.objects}
         if goal.objects == (item,) and goal.distance is None:
-            self.goal = replace(goal, distance=far)
-        elif item.name not in named and all(stop.phrase.span < phrase.span for stop in self.way.stops):
+            self.goal = goal if far is None else replace(goal, distance=far)
+        elif item.name not in named and not far and ends:
+            self.via = (Location(objects=(item,)),)
+        elif item.name not in named and far and all(stop.phrase.span < phrase.span for stop in self.way.stops):
             self.goal, self.via = Location(objects=(item,), distance=far), (goal,)
         else:
             return False
@@ -476,7 +478,7 @@ class _Besides:
     def weigh_up(self, told: Sequence[WayStop]) -> None:
         """Add what else nothing is done about: amounts and sides of places, objects, and questions beside wishes."""
         self.left += [stop.left for stop in self.way.stops if stop.left and not stop.back]
-        places = [*(stop.place for stop in (*told, *self.way.stops)), self.goal]
+        places = [*(stop.place for stop in (*told, *self.way.stops)), *self.via, self.goal]
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()

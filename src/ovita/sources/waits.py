@@ -9,11 +9,11 @@ from ovita.instruct.frames import Quantity, Reading, Wait
 from ovita.instruct.lexicon import Amount
 from ovita.sources.mentions import WayTold
 from ovita.sources.phrases import WayPhrase
-from ovita.sources.places import Location, way_words
+from ovita.sources.places import Location, phrase_at, way_words
 from ovita.sources.stops import WayStop, same_place, stops_of
 from ovita.sources.wishes import Wish, wishes_of
 
-TOWARD = way_words("toward")
+TOWARD, ARRIVED = way_words("toward"), way_words("arrived") - {"there"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,7 @@ class Waits:
             return self._at_a_share(phrase, own, heard)
         spots = [] if duration is None else self._spots(phrase, own, heard)
         waits = [_waiting(duration, spot) for spot in dict.fromkeys(spots)] if duration and spots else list(heard)
+        waits += [] if waits == list(heard) else [wish for wish in map(_without_waits, heard) if wish.frames]
         more = [words for words in _durations(phrase)[1:] if waits and duration is not None]
         return [*waits, *(Wish(words, "decline", Reading()) for words in more)]
 
@@ -75,6 +76,8 @@ class Waits:
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
         if own is None and "there" not in phrase.words and {"start", "goal"} & {*map(str, told)}:
             return [str(place) for place in told if place in ("start", "goal")][:1]
+        if own is None and any(phrase_at(phrase.words, k, ARRIVED)[1] for k in range(len(phrase.words))):
+            return ["goal"]
         places = [place for place in (self._meant(own), *self._near_by(phrase)) if place]
         return [self._spot(place) for place in places if place.objects or place is way.goal][:1]
 
@@ -111,9 +114,12 @@ def _shared(heard: Sequence[Wish]) -> bool:
 
 
 def _complete(wish: Wish) -> bool:
-    """Whether a wish is certain, and no wait in it lacks its place: "half speed for the first 3 seconds"."""
-    placed = all(frame.place != "" for frame in wish.frames if isinstance(frame, Wait))
-    return wish.outcome == "do" and bool(wish.frames) and placed
+    """Whether a wish is certain, and no wait: "half speed for the first 3 seconds"."""
+    return wish.outcome == "do" and bool(wish.frames) and not any(isinstance(frame, Wait) for frame in wish.frames)
+
+
+def _without_waits(wish: Wish) -> Wish:
+    return wish.without([frame for frame in wish.frames if isinstance(frame, Wait)])
 
 
 def _durations(phrase: WayPhrase) -> list[str]:

@@ -29,7 +29,7 @@ from ovita.sources.laps import Lap, lap_in
 from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
 TIES, ONWARD, COURTESIES = map(way_words, ("tie", "onward", "courtesy"))
-STARTING, FINISHING = map(way_words, ("set off", "come in"))
+STARTING, FINISHING, HOLDING = map(way_words, ("set off", "come in", "holding"))
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,8 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
         return _around(said, scene) or _onward(said, scene) or _apart(said, scene)
     role: Role = "at_least" if told.least else "to"
     level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
-    others = wishes_of(bare(told.rest), scene) if bare(told.rest) else []
+    rest = "" if HOLDING.issuperset(told.rest.lower().split()) else bare(told.rest)
+    others = wishes_of(rest, scene) if rest else []
     others = [] if all(map(_lies_low, others)) else others
     sure = all(wish.outcome == "do" and wish.frames for wish in others)
     return [*others, level] if sure else _apart(said, scene)
