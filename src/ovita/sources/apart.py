@@ -20,12 +20,15 @@ from ovita.instruct.frames import (
     Wait,
 )
 from ovita.sources.phrases import WAY, WayPhrase, around, part_of, places_among
-from ovita.sources.places import Location, Relation, Text
+from ovita.sources.places import Location, Relation, Text, mentioned_in
 from ovita.sources.tagging import ROLES, Role
 from ovita.sources.wishes import bare, read_wish
 
 READ = (Approach, Clearance, Figure, Height, Hop, Hover, Pace, Wait)
 """What a clause beside the way may come to; others could as well be told of the way."""
+
+TYING = frozenset((",", "-", "and", "but", "while"))
+"""Marks and words between clauses."""
 
 LIKELY = 0.6
 """How likely an end of the way has to be to be kept as one, where two places are told besides."""
@@ -53,12 +56,12 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
 
 
 def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
-    """The pieces of each clause, the longest first: a sentence, or what commas and reasons set apart in one."""
+    """The pieces of each clause, the longest first: a sentence, or what commas, ties and reasons set apart in one."""
     marks = [-1, *(k for k, word in enumerate(text.words) if word in ".;!?"), len(text)]
     for before, behind in pairwise(marks):
         yield range(before + 1, behind)
         stops = [p.pieces.start for p in phrases if p.why and before < p.pieces.start < behind]
-        commas = [before, *(k for k in range(before + 1, behind) if text.words[k] in (",", "-")), behind]
+        commas = [before, *(k for k in range(before + 1, behind) if text.words[k] in TYING), behind]
         for k, comma in enumerate(commas):
             yield from (
                 range(comma + 1, end) for end in sorted([*commas[k + 1 :], *stops], reverse=True) if end > comma
@@ -81,6 +84,9 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     frames = wish.frames
     if wish.outcome != "do" or not frames or wish.doubts:
         return None
+    named = {name for frame in frames for name in frame.named}
+    if not {*mentioned_in(whole.said, text.scene)} <= named:
+        return None
     passed = [place for frame in frames if (place := _passed(text, frame)) is not None]
     none = dict.fromkeys(ROLES, 0.0)
     if len(passed) == len(frames) == 1:
@@ -90,8 +96,10 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
             return None
         return replace(whole, role="via", shares=none | {"via": 1.0}, seen=passed[0])
     low = any(isinstance(frame, Hover) and frame.by is None for frame in frames)  # a wait over what is passed
-    if not low and all(isinstance(frame, READ) for frame in frames):
-        role: Role = "wait" if any(isinstance(frame, Wait) for frame in frames) else "wish"
+    waits = sum(isinstance(frame, Wait) for frame in frames)
+    compound = any(frame.part.parts for frame in frames)
+    if not (low or compound) and waits in (0, len(frames)) and all(isinstance(frame, READ) for frame in frames):
+        role: Role = "wait" if waits else "wish"
         return replace(whole, role=role, shares=none | {role: 1.0})
     return None
 

@@ -118,6 +118,8 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         found += [part for whole in _with_heights(text, phrase) for part in _parted(text, whole)]
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
+    for k in range(len(text)):
+        found = _with_heed(text, found, k)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
     return _with_manners(text, _with_particles(text, _with_ends(text, found)))
@@ -199,6 +201,18 @@ def _manner(text: Text, k: int) -> range:
 
 MANNERS = frozenset(("slower", "faster", "creep"))
 """Classes of words that tell how fast a place is come to."""
+
+
+def _with_heed(text: Text, phrases: Sequence[WayPhrase], k: int) -> list[WayPhrase]:
+    """The phrases with a thing to keep clear of, of which piece k says so, as a wish: "mind | the lamp"."""
+    used = phrase_at(text.words, k, HEED)[1]
+    thing = text.object_at(k + used) if used and k + used < len(text) else None
+    holding = next((phrase for phrase in phrases if k in phrase.pieces), None)
+    if thing is None or thing[0].unclear or holding is None or holding.why or holding.role == "wish":
+        return list(phrases)
+    pieces = range(k, thing[1])
+    wish = part_of(text, replace(holding, role="wish", shares=dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}), pieces)
+    return sorted([*(p for phrase in phrases for p in around(text, phrase, pieces)), wish], key=lambda p: p.span)
 
 
 def _with_side(text: Text, phrases: Sequence[WayPhrase], side: SeenSide) -> list[WayPhrase]:

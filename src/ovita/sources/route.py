@@ -14,6 +14,7 @@ from itertools import zip_longest
 import numpy as np
 
 from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.lexicon import is_filler
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
@@ -36,6 +37,7 @@ from ovita.sources.wishes import (
     Level,
     Wish,
     bare,
+    level_apart,
     level_of,
     on_part,
     open_ended,
@@ -233,7 +235,8 @@ class _Besides:
 
     def _carries(self, phrase: WayPhrase) -> bool:
         """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
-        return CARRIERS.issuperset(phrase.words) and self.way.leads_to_a_place(phrase)
+        words, lead = phrase.words, self.way.leads_to_a_place(phrase)
+        return (lead and CARRIERS.issuperset(words)) or all(is_filler(word) or word in TIES for word in words)
 
     def _excused(self, phrase: WayPhrase, said: str, denied: bool) -> bool:
         """Whether a phrase tells why, or what to leave out, which is noted."""
@@ -304,7 +307,7 @@ class _Besides:
 
     def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
         """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
-        heard = [wish for wish in heard if not self._of_an_end(phrase, wish)]
+        heard = [part for wish in heard for part in level_apart(wish) if not self._of_an_end(phrase, part)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
         height = next(iter(levels.values())).height if levels else None
         rings = [ring for w in heard for f in w.frames if (ring := self._ring(phrase, w, f, height)) is not None]

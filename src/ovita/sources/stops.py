@@ -299,6 +299,8 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
         found.append({"start", "goal"} if passed else set())
+    for stop, unlike in zip(stops, found, strict=True):
+        unlike |= {"goal"} if _halts(text, stop) and any(s.role == "goal" for s in stops if s is not stop) else set()
     ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
     for end, cues in ends:
         said = [not cues.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
@@ -318,6 +320,13 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
                 first |= {"via"} if k == 0 and not told("start") else set()
                 second |= {"via"} if k == len(stops) - 2 and not told("goal") else set()
     return found
+
+
+def _halts(text: Text, stop: WayStop) -> bool:
+    """Whether a place is told for a stop of so long: "stop at the pallet for 5 s"."""
+    behind = text.words[stop.pieces.stop : stop.pieces.stop + 5]
+    halts = any(term_at(stop.phrase.words, k)[0] in ("stop", "wait") for k in range(len(stop.phrase.words)))
+    return halts and any(amount.unit == "s" for k in range(len(behind)) if (amount := amount_at(behind, k)) is not None)
 
 
 def _weighed(text: Text, stops: Sequence[WayStop]) -> tuple[list[WayStop], float]:

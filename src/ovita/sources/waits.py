@@ -13,7 +13,10 @@ from ovita.sources.places import Location, phrase_at, way_words
 from ovita.sources.stops import WayStop, same_place, stops_of
 from ovita.sources.wishes import Wish, wishes_of
 
-TOWARD, ARRIVED = way_words("toward"), way_words("arrived") - {"there"}
+TOWARD = way_words("toward")
+ENDS = (("start", way_words("before leaving")), ("goal", way_words("arrived") - {"there"}))
+"""The ends of a way, with the words that say that a wait is there."""
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +76,13 @@ class Waits:
         way = self.way
         if own is None and "every" in phrase.classes:
             return [self._spot(s.place) for s in way.stops if s.role != "start" and s.place and s.place.objects]
+        if own is None:
+            said = {end for end, phrases in ENDS for k in range(len(phrase.words)) if phrase_at(phrase.words, k, phrases)[1]}
+            if len(said) == 1:
+                return [*said]
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
         if own is None and "there" not in phrase.words and {"start", "goal"} & {*map(str, told)}:
             return [str(place) for place in told if place in ("start", "goal")][:1]
-        if own is None and any(phrase_at(phrase.words, k, ARRIVED)[1] for k in range(len(phrase.words))):
-            return ["goal"]
         places = [place for place in (self._meant(own), *self._near_by(phrase)) if place]
         return [self._spot(place) for place in places if place.objects or place is way.goal][:1]
 
