@@ -43,15 +43,16 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
     for pieces in _clauses(text, phrases):
         inside = [phrase for phrase in found if phrase.pieces.start in pieces]
         others = {phrase.role for phrase in found if phrase not in inside}
+        lacking = not {"start", "goal"} <= others
         if sum(phrase.role in WAY for phrase in found if phrase not in inside) > 1:
             others |= {phrase.role for phrase in inside if phrase.role and phrase.shares[phrase.role] < LIKELY}
         cut = any(phrase.pieces.stop > pieces.stop or phrase.why for phrase in inside)
         if not {"start", "goal"} <= others or cut or not _mixed(inside):
             continue
         whole = _as_a_wish(text, pieces, inside)
-        if whole is not None:
-            cut = (part for phrase in found for part in around(text, phrase, whole.pieces))
-            found = sorted([*cut, whole], key=lambda phrase: phrase.span)
+        if whole is not None and (whole.seen is not None or not lacking):
+            rest = [part for phrase in found for part in around(text, phrase, whole.pieces)]
+            found = sorted([*rest, whole], key=lambda phrase: phrase.span)
     return found
 
 
@@ -70,8 +71,8 @@ def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
 
 def _mixed(inside: Sequence[WayPhrase]) -> bool:
     """Whether a clause is more than one wish."""
-    roles = [phrase.role for phrase in inside if phrase.role is not None or any(map(str.isalnum, phrase.said))]
-    return bool({*roles} & {*WAY}) or roles.count("wish") + roles.count("wait") > 1 or None in roles
+    roles = [phrase.role for phrase in inside]
+    return bool({*roles} & {*WAY}) or roles.count("wish") + roles.count("wait") > 1
 
 
 def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhrase | None:
@@ -82,7 +83,7 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     whole = part_of(text, inside[0], range(said[0], said[-1] + 1))
     wish = read_wish(bare(whole.said), text.scene)
     frames = wish.frames
-    if wish.outcome != "do" or not frames or wish.doubts:
+    if wish.outcome != "do" or not frames or wish.doubts or any(_left(wish.unused, phrase) for phrase in inside):
         return None
     named = {name for frame in frames for name in frame.named}
     if not {*mentioned_in(whole.said, text.scene)} <= named:
@@ -102,6 +103,12 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
         role: Role = "wait" if waits else "wish"
         return replace(whole, role=role, shares=none | {role: 1.0})
     return None
+
+
+def _left(unused: Sequence[str], phrase: WayPhrase) -> bool:
+    """Whether a reading uses no word of a phrase that asks for something."""
+    words = {word for word in phrase.words if word[0].isalnum()}
+    return phrase.role is not None and words <= {*unused}
 
 
 def _alike(one: Location, other: Location) -> bool:

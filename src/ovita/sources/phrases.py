@@ -15,7 +15,7 @@ from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES
 
 GROUND = frozenset(words for words in way_words("raised") if {"ground", "floor", "air", "agl"} & {*words.split()})
-SET_OFF = way_words("set off") | way_words("come in")
+SET_OFF, COME_IN = map(way_words, ("set off", "come in"))
 CARRIERS, TOUCHING, DISMISSAL, REASON, HEED = map(way_words, ("carrier", "touching", "dismissal", "reason", "heed"))
 
 WAY: tuple[Role, ...] = ("start", "via", "goal")
@@ -122,16 +122,35 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         found = _with_heed(text, found, k)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
-    return _with_manners(text, _with_particles(text, _with_ends(text, found)))
+    return _with_manners(text, _with_spots(text, _with_particles(text, _with_ends(text, found))))
+
+
+def _with_spots(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with the place of a wait, which follows it at once, as a part of it: "wait 4 s | above the pond"."""
+    found = list[WayPhrase]()
+    for k, phrase in enumerate(phrases):
+        before = found[-1] if found else None
+        spot = before is not None and before.role == "wait" and before.pieces.stop == phrase.pieces.start
+        others = {other.role for other in (*phrases[:k], *phrases[k + 1 :])}
+        if before and spot and phrase.role in ("via", "goal") and phrase.words[0] in SPOTS and "goal" in others:
+            found[-1] = part_of(text, before, range(before.pieces.start, phrase.pieces.stop))
+        else:
+            found.append(phrase)
+    return found
+
+
+SPOTS = frozenset("at by above over near beside next on in".split())
+"""Words in front of the place of a wait."""
 
 
 def _with_ends(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
     """The phrases with an end that nothing else tells, where a wish tells it besides: "start slowly at the bed"."""
     found = list(phrases)
-    for role, cues in CUES:
+    for role, cues in CUES[:2]:
         for k, phrase in enumerate(found):
             tells = phrase.role == "wish" and not phrase.amounts and places_among(text, phrase.pieces)
-            begun = next((word for word in phrase.words if word not in TIES), "") in cues
+            first = next((n for n, word in enumerate(phrase.words) if word not in TIES), 0)
+            begun = phrase_at(phrase.words, first, cues | (SET_OFF if role == "start" else COME_IN))[1]
             if tells and begun and all(other.role != role for other in found):
                 found[k] = replace(phrase, role=role, shares=dict.fromkeys(ROLES, 0.0) | {role: 1.0})
     return found
@@ -153,7 +172,7 @@ def _with_heights(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
 
 
 def _parted(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
-    """A phrase parted where a word in front of its second place tells another role: "over to the barn | from the kiosk"."""
+    """A phrase parted where a word in front of its second place tells another role: "to the barn | from the kiosk"."""
     found = places_among(text, phrase.pieces) if phrase.role in WAY else []
     for (here, before), (there, pieces) in pairwise(found):
         if here.objects == there.objects:
@@ -196,11 +215,12 @@ def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
 
 def _manner(text: Text, k: int) -> range:
     """A word that tells how fast, with the one that says at which end of the way: "start slowly | at the bed"."""
-    return range(k - 1 if k > 0 and text.words[k - 1] in SET_OFF else k, k + 1)
+    verbs = (n for n in range(max(k - 3, 0), k) if phrase_at(text.words[:k], n, SET_OFF | COME_IN)[1] == k - n)
+    return range(next(verbs, k), k + 1)
 
 
-MANNERS = frozenset(("slower", "faster", "creep"))
-"""Classes of words that tell how fast a place is come to."""
+MANNERS = frozenset(("slower", "faster", "creep", "zigzag", "waves", "wave"))
+"""Classes of words that tell how a place is come to."""
 
 
 def _with_heed(text: Text, phrases: Sequence[WayPhrase], k: int) -> list[WayPhrase]:
@@ -208,7 +228,8 @@ def _with_heed(text: Text, phrases: Sequence[WayPhrase], k: int) -> list[WayPhra
     used = phrase_at(text.words, k, HEED)[1]
     thing = text.object_at(k + used) if used and k + used < len(text) else None
     holding = next((phrase for phrase in phrases if k in phrase.pieces), None)
-    if thing is None or thing[0].unclear or holding is None or holding.why or holding.role == "wish":
+    denied = k > 0 and term_at(text.words, k - 1)[0] == "never"
+    if thing is None or thing[0].unclear or denied or holding is None or holding.why or holding.role == "wish":
         return list(phrases)
     pieces = range(k, thing[1])
     wish = part_of(text, replace(holding, role="wish", shares=dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}), pieces)

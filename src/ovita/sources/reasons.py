@@ -97,7 +97,7 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
 
 def _is_a_wish(text: Text, k: int, end: int) -> bool:
     """Whether a clause of its own asks for something after all: "there is no rush"."""
-    if k > 0 and text.words[k - 1] not in ENDING:
+    if text.words[k] not in ("there", "there's", "theres") or (k > 0 and text.words[k - 1] not in ENDING):
         return False
     said = text.text[text.pieces[k].span[0] : text.pieces[end - 1].span[1]]
     return end > k + 1 and read_wish(bare(said), text.scene).outcome == "do"

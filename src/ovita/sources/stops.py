@@ -302,8 +302,8 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
     for stop, unlike in zip(stops, found, strict=True):
         unlike |= {"goal"} if _halts(text, stop) and any(s.role == "goal" for s in stops if s is not stop) else set()
     ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
-    for end, cues in ends:
-        said = [not cues.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
+    for end, marks in ends:
+        said = [not marks.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
         if said.count(True) == 1:
             for unlike, told_so in zip(found, said, strict=True):
                 unlike |= set() if told_so else {end}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.frames import Quantity, Reading, Wait
+from ovita.instruct.frames import Hover, Quantity, Reading, Wait
 from ovita.instruct.lexicon import Amount
 from ovita.sources.mentions import WayTold
 from ovita.sources.phrases import WayPhrase
@@ -16,7 +16,6 @@ from ovita.sources.wishes import Wish, wishes_of
 TOWARD = way_words("toward")
 ENDS = (("start", way_words("before leaving")), ("goal", way_words("arrived") - {"there"}))
 """The ends of a way, with the words that say that a wait is there."""
-
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +75,9 @@ class Waits:
         way = self.way
         if own is None and "every" in phrase.classes:
             return [self._spot(s.place) for s in way.stops if s.role != "start" and s.place and s.place.objects]
-        if own is None:
-            said = {end for end, phrases in ENDS for k in range(len(phrase.words)) if phrase_at(phrase.words, k, phrases)[1]}
+        if own is None or way.text.words[own.pieces.stop - 1] == "it":  # "before it sets off"
+            words = self._until_a_mark(phrase)
+            said = {end for end, phrases in ENDS for k in range(len(words)) if phrase_at(words, k, phrases)[1]}
             if len(said) == 1:
                 return [*said]
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
@@ -85,6 +85,12 @@ class Waits:
             return [str(place) for place in told if place in ("start", "goal")][:1]
         places = [place for place in (self._meant(own), *self._near_by(phrase)) if place]
         return [self._spot(place) for place in places if place.objects or place is way.goal][:1]
+
+    def _until_a_mark(self, phrase: WayPhrase) -> Sequence[str]:
+        """The words of a phrase, and those behind it up to the next mark."""
+        words, begin = self.way.text.words, phrase.pieces.start
+        marks = (k for k in range(phrase.pieces.stop, len(words)) if not words[k][0].isalnum() or words[k] == "and")
+        return words[begin : next(marks, len(words))]
 
     def _meant(self, own: WayStop | None) -> Location | None:
         """The place that a wait names; "it" is what was told by the same relation before."""
@@ -124,7 +130,7 @@ def _complete(wish: Wish) -> bool:
 
 
 def _without_waits(wish: Wish) -> Wish:
-    return wish.without([frame for frame in wish.frames if isinstance(frame, Wait)])
+    return wish.without([frame for frame in wish.frames if isinstance(frame, Wait | Hover)])
 
 
 def _durations(phrase: WayPhrase) -> list[str]:

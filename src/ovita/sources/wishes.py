@@ -21,6 +21,7 @@ from ovita.instruct.frames import (
     Wait,
     same,
 )
+from ovita.instruct.lexicon import term_at
 from ovita.instruct.referee import DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -155,14 +156,27 @@ def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
 
 
 def read_wish(said: str, scene: Scene) -> Wish:
-    """What a phrase comes to as a whole: within a sentence, a word too many that asks for nothing does not put it in doubt."""
+    """What a phrase comes to as a whole: a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
     upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
     plain = verdict.by == "both" or not verdict.unused
-    sure = (verdict.confidence >= enough and plain and not verdict.doubts) or _same_speed(verdict)
+    doubts = () if _moderate(said, verdict) else verdict.doubts
+    sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
-    return _at_an_end(Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts))
+    return _at_an_end(_with_pace(Wish(said, outcome, verdict.reading, verdict.unused, doubts)))
+
+
+def _with_pace(wish: Wish) -> Wish:
+    """A wish with the speed of a word that its reading leaves out: "in slow gentle waves"."""
+    if not wish.frames or any(isinstance(frame, Pace) for frame in wish.frames):
+        return wish
+    told = {kind for word in wish.unused if (kind := term_at([word], 0)[0]) in ("slower", "faster")}
+    if len(told) != 1:
+        return wish
+    change: Literal["slower", "faster"] = "slower" if "slower" in told else "faster"
+    unused = tuple(word for word in wish.unused if term_at([word], 0)[0] != change)
+    return replace(wish, reading=replace(wish.reading, frames=(*wish.frames, Pace(change=change))), unused=unused)
 
 
 def _at_an_end(wish: Wish) -> Wish:
@@ -180,6 +194,18 @@ def _at_an_end(wish: Wish) -> Wish:
 
 MANNER = 3
 """Words that tell how an end of the way is left or come to: "nice and slowly"."""
+
+
+def _moderate(said: str, verdict: Understanding) -> bool:
+    """Whether what is read as slower is told as none too fast, which does not speak against it."""
+    words = said.lower().split()
+    much = any(term_at(words, k)[0] == "never" and words[k + 1 : k + 2] in MUCH for k in range(len(words)))
+    (frame, *more) = verdict.reading.frames or (None,)
+    return much and not more and isinstance(frame, Pace) and frame.change == "slower"
+
+
+MUCH = (["too"], ["so"], ["very"], ["overly"])
+"""What stands between a "not" and a speed that is only to be none too high."""
 
 
 def _same_speed(verdict: Understanding) -> bool:
