@@ -288,6 +288,18 @@ def _where(stop: WayStop) -> int:
     return stop.pieces.start
 
 
+def _without_rivals(text: Text, stops: Sequence[WayStop], found: Sequence[set[Role]]) -> None:
+    """Add to the roles that each place cannot well have the end that another one is by its words: "finish at"."""
+    for stop, unlike in zip(stops, found, strict=True):
+        unlike |= {"goal"} if _halts(text, stop) and any(s.role == "goal" for s in stops if s is not stop) else set()
+    ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
+    for end, marks in ends:
+        said = [not marks.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
+        if said.count(True) == 1:
+            for unlike, told_so in zip(found, said, strict=True):
+                unlike |= set() if told_so else {end}
+
+
 def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
     """The roles that each place cannot well have: "past the cup" is no goal, and what an arrow leads to no start."""
     found: list[set[Role]] = []
@@ -299,14 +311,7 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
         found.append({"start", "goal"} if passed else set())
-    for stop, unlike in zip(stops, found, strict=True):
-        unlike |= {"goal"} if _halts(text, stop) and any(s.role == "goal" for s in stops if s is not stop) else set()
-    ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
-    for end, marks in ends:
-        said = [not marks.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
-        if said.count(True) == 1:
-            for unlike, told_so in zip(found, said, strict=True):
-                unlike |= set() if told_so else {end}
+    _without_rivals(text, stops, found)
     for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
         between = {*text.words[one.pieces.stop : two.pieces.start]}
         listed_alike = one.phrase is two.phrase and one.role != "via"
