@@ -136,3 +136,62 @@ def test_plan_takes_the_robot_that_the_scene_names(tmp_path):
     assert CliRunner().invoke(cli, [*words, "-o", str(out)]).exit_code == 0
     assert json.loads(out.read_text())["robot"] == "arm"
     assert "workspace" in CliRunner().invoke(cli, ["plan", str(file), "--from", "box", "--to", "9,0,0"]).output
+
+
+@pytest.mark.parametrize(
+    ("said", "kind", "part"),
+    [
+        ("Dawdle by the tower, though", "slower", "near"),
+        ("By the tower go slowly", "slower", "near"),
+        ("Half speed for the first 3 seconds", "slower", "first"),
+        ("Start slowly", "slower", "first"),
+        ("Arrive gently", "slower", "last"),
+        ("There is no rush", "slower", "whole"),
+        ("The top speed is 0.2 m/s", "cap", "whole"),
+        ("Not too fast", "slower", "whole"),
+    ],
+)
+def test_a_clause_beside_the_way_is_read_as_an_instruction(said, kind, part):
+    for text in (f"From the shed to the bench. {said}.", f"{said}. From the shed to the bench."):
+        route = read_route(text, YARD)
+        paces = [frame for wish in route.wishes for frame in wish.frames]
+        assert [(f.change, f.part.kind) for f in paces] == [(kind, part)] and not route.via and not route.doubts
+
+
+@pytest.mark.parametrize(
+    ("text", "via"),
+    [
+        ("Take the right side of the tower. Please head over to the bench from the shed", ["right of the tower"]),
+        ("Starting at the shed, visit the tower on your way to the bench", ["the tower"]),
+        ("Start at the shed, finish at the bench. Behind the tower, so the audience sees it", ["behind the tower"]),
+    ],
+)
+def test_a_phrase_may_hold_several_places_of_the_way(text, via):
+    route = read_route(text, YARD)
+    assert (route.start.label, route.goal.label) == ("the shed", "the bench")
+    assert [place.label for place in route.via] == via and not route.doubts
+
+
+def test_nothing_closer_than_so_far_counts_for_all_that_the_way_does_not_come_to():
+    route = read_route("From the shed to the bench, nothing closer than 30 cm", YARD)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert {*frame.objects} == {*YARD.names} - {"shed", "bench"} and frame.distance.value == 0.3
+
+
+@pytest.mark.parametrize(("said", "end"), [("before it sets off", "start"), ("once you get there", "goal")])
+def test_a_wait_may_be_at_an_end_by_its_words(said, end):
+    route = read_route(f"From the shed past the tower to the bench, wait 3 s {said}", YARD)
+    assert [frame.place for wish in route.wishes for frame in wish.frames] == [end]
+
+
+def test_a_wait_is_where_the_way_passes_a_thing_as_it_was_told():
+    made = from_words(
+        "From the shed over the tower to the bench, wait 2 s at the tower",
+        YARD,
+        Robot.preset("drone"),
+        writer="builtin",
+    )
+    path, tower = made.adaptation.adapted, YARD["tower"]
+    still = path.positions[1:][np.diff(path.arc_length) < 1e-9]
+    assert made.status == "done" and len(still)
+    assert (np.abs(still - tower.position)[:, :2] < tower.size[:2] / 2 + 0.05).all()

@@ -163,7 +163,6 @@ def test_arrows_repairs_and_denials_decide_what_the_places_are(text, start, via,
 @pytest.mark.parametrize(
     ("text", "left"),
     [
-        ("box to plate, hang a left round the bottle", "hang a left round the bottle"),
         ("box to plate, go past the bottle at 30 cm", "at 30 cm"),
         ("from the box to the plate, do a backflip", "do a backflip"),
     ],

@@ -78,7 +78,9 @@ def _closing(words: Sequence[str], end: int, mentions: Callable[[str], bool]) ->
     if end < len(words) and words[end] in ("while", "until", "till"):
         stop = next((n for n in range(end, len(words)) if words[n] in CLOSED - {"with"}), len(words))
         return (0, False) if mentions(" ".join(words[end + 1 : stop])) else (stop, False)
-    return (end, arrived > 0) if end == len(words) or words[end] in CLOSED else (0, False)
+    amount = amount_at(words, end + 1) if words[end : end + 1] == ["at"] and end + 1 < len(words) else None
+    closed = end == len(words) or words[end] in CLOSED or amount is not None  # "at 2 m altitude | at 0.2 m/s"
+    return (end, arrived > 0) if closed else (0, False)
 
 
 def _without(words: Sequence[str], end: int, skipped: Container[str]) -> int:

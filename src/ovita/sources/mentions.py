@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from ovita.sources.phrases import WayPhrase, places_among
 from ovita.sources.places import PHRASES, SIDES, Location, Text, phrase_at, way_words
-from ovita.sources.stops import WayPhrase, WayStop, places_among, same_place
+from ovita.sources.stops import WayStop, same_place
 from ovita.sources.wishes import TIES
 from ovita.text import the
 

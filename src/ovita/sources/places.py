@@ -204,7 +204,7 @@ class Text:
             said, used = phrase_at(self.words, begin, phrases)
             if used:
                 return distance, said, begin + used
-        return distance, "", at
+        return distance, "", i if distance is None else at
 
     def _meant(self, i: int, related: bool) -> tuple[Location, int] | None:
         """What "above it" and "from there" mean: the object that was named last before."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ovita.instruct.lexicon import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
+from ovita.sources.wishes import bare, read_wish
 
 GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))
 SPEAKER, TELLING, DEMANDS = map(way_words, ("speaker", "telling", "demand"))
@@ -15,6 +16,9 @@ ENDING = frozenset(", ; . : ! ? ( )".split())
 
 INTENT = frozenset(("want", "need", "to"))
 """Words of what the speaker is about to do."""
+
+LINKING = frozenset(("to", "be", "been"))
+"""Words with which a way is told only where a place is named."""
 
 SUBJECT = 7
 """Words in front of the verb of a clause, at most."""
@@ -65,15 +69,21 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     One that holds an amount, or a word with which a way is told, may ask for something; in front of a colon, it may say
     what the speaker wants: "I want to check the tank: start at the gate".
     """
+    if _is_a_wish(text, k, end):
+        return None
     closed = text.words[end] if end < len(text) else ""
     own = closed in (":", ".", "!") if k == 0 else text.words[k - 1] in ENDING
     told = text.words[begin:end]
     telling = TELLING - INTENT if k == 0 and closed == ":" and told[:1] in (["i"], ["we"]) else TELLING
+    if all(text.place_at(n) is None for n in range(k, end)):
+        telling = telling - LINKING  # "it is full to the brim"
     if (begin == k and not own) or not told or not telling.isdisjoint(told) or not DEMANDS.isdisjoint(told):
         return None
     if any(amount_at(text.words, n) is not None for n in range(begin, end)):
         return None
     first = begin + (told[0] == "that")
+    grounds = (n for n in range(first, end) if text.words[n] == "-" or phrase_at(text.words, n, GROUND)[1])
+    end = next(grounds, end)
     verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
     if text.words[first] in SPEAKER and first + 1 < end and verb is None:
         verb = first + 1  # "it tips over easily"
@@ -83,6 +93,14 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
         return None  # "the arrival is the oven"
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
     return ReasonClause(range(k, end), verb) if stated and verb is not None else None
+
+
+def _is_a_wish(text: Text, k: int, end: int) -> bool:
+    """Whether a clause of its own asks for something after all: "there is no rush"."""
+    if text.words[k] not in ("there", "there's", "theres") or (k > 0 and text.words[k - 1] not in ENDING):
+        return False
+    said = text.text[text.pieces[k].span[0] : text.pieces[end - 1].span[1]]
+    return end > k + 1 and read_wish(bare(said), text.scene).outcome == "do"
 
 
 def _compares(text: Text, k: int, end: int) -> bool:

@@ -14,17 +14,16 @@ from itertools import zip_longest
 import numpy as np
 
 from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.lexicon import is_filler
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
+from ovita.sources.phrases import CARRIERS, TOUCHING, WayPhrase
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
 from ovita.sources.stops import (
-    CARRIERS,
-    TOUCHING,
     TURNING,
-    WayPhrase,
     WayStop,
     carries,
     ordered_way,
@@ -38,6 +37,7 @@ from ovita.sources.wishes import (
     Level,
     Wish,
     bare,
+    level_apart,
     level_of,
     on_part,
     open_ended,
@@ -51,7 +51,8 @@ SURE = 0.6
 """How likely the way has to be, among all that the places might make, to be planned without asking."""
 
 STARTING, FINISHING = map(way_words, ("starting", "finishing"))
-FASTEST, HASTE, DEMANDS, AGAIN, APART = map(way_words, ("fastest", "haste", "demand", "as before", "apart"))
+FASTEST, HASTE, DEMANDS, AGAIN = map(way_words, ("fastest", "haste", "demand", "as before"))
+APART, EVERYTHING = map(way_words, ("apart", "everything"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +96,7 @@ class Route:
         """The route as its rings are planned: they are no wishes, and their objects are none of the way otherwise."""
         figures = [ring.figure for ring in self.rings]
         wishes = (wish.without(figures) for wish in self.wishes)
-        kept = tuple(wish for wish in wishes if wish.frames or wish.outcome != "do")
+        kept = tuple(wish for wish in wishes if wish.frames or (wish.outcome != "do" and not wish.lap))
         via = tuple(place for place in self.via if not any(circles(figure, place) for figure in figures))
         return replace(self, wishes=kept, via=via)
 
@@ -226,11 +227,16 @@ class _Besides:
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
             self._take(phrase, heard)
-        elif phrase.role == "wish":
+        elif phrase.role == "wish" and not self._carries(phrase):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
         return joined
+
+    def _carries(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
+        words, lead = phrase.words, self.way.leads_to_a_place(phrase)
+        return (lead and CARRIERS.issuperset(words)) or all(is_filler(word) or word in TIES for word in words)
 
     def _excused(self, phrase: WayPhrase, said: str, denied: bool) -> bool:
         """Whether a phrase tells why, or what to leave out, which is noted."""
@@ -301,7 +307,7 @@ class _Besides:
 
     def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
         """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
-        heard = [wish for wish in heard if not self._of_an_end(phrase, wish)]
+        heard = [part for wish in heard for part in level_apart(wish) if not self._of_an_end(phrase, part)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
         height = next(iter(levels.values())).height if levels else None
         rings = [ring for w in heard for f in w.frames if (ring := self._ring(phrase, w, f, height)) is not None]
@@ -390,7 +396,7 @@ class _Besides:
         said = bare(self.way.resolved(phrase))
         if (kept := self._kept_alone(phrase)) is not None:
             return [kept]
-        heard = wishes_of(said, text.scene)
+        heard = [self._without_ends(wish) for wish in wishes_of(said, text.scene)]
         if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
             heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
@@ -398,6 +404,17 @@ class _Besides:
             return heard
         again = wishes_of(f"{said} from {the(meant.objects[0].name)}", text.scene)
         return heard if any(wish.outcome == "ask" for wish in again) else again
+
+    def _without_ends(self, wish: Wish) -> Wish:
+        """A distance from everything as one from all but where the way begins and ends."""
+
+        def kept(frame: SemanticFrame) -> SemanticFrame:
+            if not isinstance(frame, Clearance) or len(frame.objects) < 2:
+                return frame
+            others = tuple(name for name in frame.objects if not self.way.ends_at([name]))
+            return replace(frame, objects=others or frame.objects)
+
+        return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
 
     def _kept_alone(self, phrase: WayPhrase) -> Wish | None:
         """The distance that is all that a phrase tells, kept from its object, or from what is passed: "50 cm away"."""
@@ -410,13 +427,24 @@ class _Besides:
             taken |= {*range(own[0] - phrase.pieces.start, own[2] - phrase.pieces.start)}
         meant = text.meant_at(phrase.pieces.start) if own is None else own[1]
         others = [word for k, word in enumerate(phrase.words) if k not in taken and word[0].isalnum()]
-        if len(told) != 1 or not APART.issuperset(others) or meant is None or meant.unclear:
+        if len(told) != 1 or not (APART | EVERYTHING).issuperset(others):
+            return None
+        if own is None and not EVERYTHING.isdisjoint(others):
+            return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least"))
+        if not APART.issuperset(others) or meant is None or meant.unclear:
             return None
         if not self._passed_or_aside(meant):
             return None
         name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
         said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"
         return Wish(said, "do", Reading(frames=(Clearance(objects=(name,), distance=far),)))
+
+    def _kept_from_all(self, phrase: WayPhrase, far: Quantity) -> Wish | None:
+        """A distance from each object that is none of the way: "nothing closer than 30 cm"."""
+        ways = {item.name for stop in self.way.stops if stop.place for item in stop.place.objects}
+        names = tuple(name for name in self.way.text.scene.names if name not in ways)
+        frames = (Clearance(objects=names, distance=far),)
+        return Wish(bare(phrase.said), "do", Reading(frames=frames)) if names else None
 
     def _passed_or_aside(self, place: Location) -> bool:
         """Whether a place is only passed, or mentioned and none of the way."""
@@ -436,13 +464,15 @@ class _Besides:
         far = next((amount.value for _, amount in phrase.amounts if amount.unit == "m"), None)
         goal, scene = self.goal, self.way.text.scene
         ends = [str(f.place) for f in frames if isinstance(f, StopAt)]
-        if far is None or goal is None or len(ends) != 1 or len(frames) != 1 or scene.find(ends[0]) is None:
+        if goal is None or len(ends) != 1 or len(frames) != 1 or scene.find(ends[0]) is None:
             return False
         item = scene[ends[0]]
         named = {thing.name for stop in self.way.stops if stop.place for thing in stop.place.objects}
         if goal.objects == (item,) and goal.distance is None:
-            self.goal = replace(goal, distance=far)
-        elif item.name not in named and all(stop.phrase.span < phrase.span for stop in self.way.stops):
+            self.goal = goal if far is None else replace(goal, distance=far)
+        elif item.name not in named and not far and ends:
+            self.via = (Location(objects=(item,)),)
+        elif item.name not in named and far and all(stop.phrase.span < phrase.span for stop in self.way.stops):
             self.goal, self.via = Location(objects=(item,), distance=far), (goal,)
         else:
             return False
@@ -451,7 +481,7 @@ class _Besides:
     def weigh_up(self, told: Sequence[WayStop]) -> None:
         """Add what else nothing is done about: amounts and sides of places, objects, and questions beside wishes."""
         self.left += [stop.left for stop in self.way.stops if stop.left and not stop.back]
-        places = [*(stop.place for stop in (*told, *self.way.stops)), self.goal]
+        places = [*(stop.place for stop in (*told, *self.way.stops)), *self.via, self.goal]
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()

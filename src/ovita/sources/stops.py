@@ -3,102 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise, product
 
-from ovita.instruct.lexicon import DETERMINERS, PLAIN, Amount, amount_at, concept_at, is_filler, term_at
-from ovita.sources.places import BEHIND, SEEN, SIDES, Location, Text, phrase_at, way_words
-from ovita.sources.reasons import BIDDING, ReasonClause, clauses
-from ovita.sources.sides import SeenSide, seen_sides
-from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
+from ovita.instruct.lexicon import DETERMINERS, amount_at, concept_at, is_filler, term_at
+from ovita.sources.apart import read_apart
+from ovita.sources.phrases import (
+    CARRIERS,
+    DISMISSAL,
+    TYING,
+    WAY,
+    WayPhrase,
+    around,
+    part_of,
+    phrases_of,
+    places_among,
+)
+from ovita.sources.places import SIDES, Location, Text, phrase_at, way_words
+from ovita.sources.tagging import Role
 from ovita.sources.wishes import TIES, wishes_of
 
-BACK, CARRIERS, TOUCHING, DISMISSAL = map(way_words, ("again", "carrier", "touching", "dismissal"))
-REASON, HEED = map(way_words, ("reason", "heed"))
-
-
-@dataclass(frozen=True, eq=False)
-class WayPhrase:
-    """Words of a sentence that belong together, which pieces of the text they are, and whether they only tell why.
-
-    Where they tell on which side of the robot something is to be passed, `seen` is that place.
-    """
-
-    role: Role | None
-    shares: Mapping[Role, float]
-    span: tuple[int, int]
-    pieces: range
-    words: tuple[str, ...]
-    said: str
-    why: bool = False
-    seen: Location | None = None
-
-    @cached_property
-    def classes(self) -> frozenset[str]:
-        """Of its words, see `instruct.lexicon.term_at`."""
-        return frozenset(term_at(self.words, k)[0] for k in range(len(self.words)))
-
-    @cached_property
-    def amounts(self) -> tuple[tuple[int, Amount], ...]:
-        """What is measured, and which word tells it."""
-        found, end = list[tuple[int, Amount]](), 0
-        for k in range(len(self.words)):
-            amount = amount_at(self.words, k) if k >= end else None
-            if amount is not None:
-                found.append((k, amount))
-                end = k + amount.used
-        return tuple(found)
-
-    @property
-    def measured(self) -> bool:
-        """Whether it holds an amount with a unit, or behind a word that says of what."""
-        of = ("by", "to", "at", "of")
-        return any(amount.unit or (k > 0 and self.words[k - 1] in of) for k, amount in self.amounts)
-
-    @property
-    def tells_a_side(self) -> bool:
-        """Whether it tells on which side something is: "on the left"."""
-        return any(phrase_at(self.words, k, phrases)[1] for k in range(len(self.words)) for phrases in (BEHIND, SEEN))
-
-    @property
-    def lasting(self) -> bool:
-        """Whether it tells how long something takes."""
-        return any(amount.unit == "s" for _, amount in self.amounts)
-
-    @property
-    def careful(self) -> bool:
-        """Whether it asks for nothing but what a plan does anyway: "without hitting the cup", "no stops"."""
-        seen_to = TOUCHING & set(self.words) or self.classes & {"wait", "stop"}
-        return self.denies and bool(seen_to) and not self.amounts
-
-    @property
-    def reasons(self) -> bool:
-        """Whether it tells why: a place in it is none of the way."""
-        begins = next((word for word in self.words if word[0].isalnum()), "")
-        return self.why or (self.role in WAY and begins in REASON)
-
-    @property
-    def denies(self) -> bool:
-        """Whether all that it does is to deny something: "on no account drive over the cup"."""
-        return any(self._all_from(k) for k in range(len(self.words)) if term_at(self.words, k)[0] == "never")
-
-    @property
-    def dismisses(self) -> bool:
-        """Whether all that it does is to leave something out: "never mind the cup"."""
-        return any(self._all_from(k) for k in range(len(self.words)) if phrase_at(self.words, k, DISMISSAL)[1])
-
-    def _all_from(self, k: int) -> bool:
-        """Whether nothing is told before a word, nor behind a comma or a tie that follows it."""
-        tied = (n for n in range(k + 1, len(self.words)) if self.words[n] in TYING)
-        told = (*self.words[:k], *self.words[next(tied, len(self.words)) :])
-        asking = (word for n, word in enumerate(told) if concept_at(told, n)[0] not in ("", PLAIN))
-        return all(word in TIES | CARRIERS or is_filler(word) for word in asking)
-
-
-TYING = (TIES | {","}) - {"or", "having", "been", "please"}
-"""Words and marks behind which something else may be asked for."""
+BACK, FIRST, FINAL = map(way_words, ("again", "starting", "final"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,108 +62,12 @@ class WayStops:
 
 def read_stops(text: Text) -> WayStops:
     """Read which places a sentence names, and what each is for its way."""
-    phrases = _phrases(text)
+    phrases = read_apart(text, phrases_of(text))
     phrases, told = _held_together(text, phrases, _told(text, phrases))
     phrases = [part for phrase in phrases for part in _trimmed(text, phrase, told)]
     denied = [stop for stop in told if stop.place is not None and _denied(text, phrases, stop)]
     kept = _repaired(text, [stop for stop in told if stop not in denied])
     return WayStops(phrases, told, denied, *_weighed(text, kept + _waited(text, phrases, kept)))
-
-
-def _phrases(text: Text) -> list[WayPhrase]:
-    points = [piece.span for piece in text.pieces if piece.point is not None]
-    found = []
-    for tagged in tagger().read(seen_with_points(text.text, text.scene, points)):
-        begin, end = tagged.span
-        inside = [k for k, piece in enumerate(text.pieces) if begin <= piece.span[0] < end]
-        pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
-        words = tuple(text.words[k] for k in pieces)
-        role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
-        found.append(WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip()))
-    for clause in clauses(text):
-        found = _set_apart(text, found, clause)
-    for side in seen_sides(text):
-        found = _with_side(text, found, side)
-    return _with_manners(text, _with_particles(text, found))
-
-
-def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with words that tell how fast a place is come to as wishes: "then | slowly | to the cup"."""
-    found = list[WayPhrase]()
-    for phrase in phrases:
-        rest = [phrase]
-        named = {k for _, pieces in places_among(text, phrase.pieces) for k in pieces}
-        manners = [k for k in phrase.pieces if k not in named and term_at(text.words, k)[0] in MANNERS]
-        if named and phrase.role in WAY and not phrase.reasons:
-            for k in manners:
-                *before, last = rest
-                if k in last.pieces:
-                    rest = [*before, *_around(text, last, range(k, k + 1))]
-            none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
-            rest += [_part(text, replace(phrase, role="wish", shares=none), range(k, k + 1)) for k in manners]
-        found += rest
-    return sorted(found, key=lambda phrase: phrase.span)
-
-
-MANNERS = frozenset(("slower", "faster", "creep"))
-"""Classes of words that tell how fast a place is come to."""
-
-
-def _with_side(text: Text, phrases: Sequence[WayPhrase], side: SeenSide) -> list[WayPhrase]:
-    """The phrases with the words on which side something is to be passed as one of their own."""
-    cut = (part for phrase in phrases if not phrase.why for part in _around(text, phrase, side.pieces))
-    shares = dict.fromkeys(ROLES, 0.0) | {"via": 1.0}
-    whole = _part(text, WayPhrase("via", shares, (0, 0), side.pieces, (), "", seen=side.place), side.pieces)
-    return sorted([*cut, *(phrase for phrase in phrases if phrase.why), whole], key=lambda phrase: phrase.span)
-
-
-def _around(text: Text, phrase: WayPhrase, pieces: range) -> list[WayPhrase]:
-    """What is left of a phrase before and behind some pieces."""
-    if phrase.pieces.start >= pieces.stop or phrase.pieces.stop <= pieces.start:
-        return [phrase]
-    parts = range(phrase.pieces.start, pieces.start), range(pieces.stop, phrase.pieces.stop)
-    return [_part(text, phrase, part) for part in parts if any(text.words[k][0].isalnum() for k in part)]
-
-
-def _with_particles(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with "speed up" and "slow down" whole: "then speed | up to the cup"."""
-    found = list(phrases)
-    for k, (one, other) in enumerate(pairwise(phrases)):
-        if one.role == "wish" and (one.words[-1:] + other.words[:1]) in PARTED and len(other.pieces) > 1:
-            found[k] = _part(text, found[k], range(found[k].pieces.start, other.pieces.start + 1))
-            found[k + 1] = _part(text, other, range(other.pieces.start + 1, other.pieces.stop))
-    return found
-
-
-PARTED = {("speed", "up"), ("slow", "down"), ("hurry", "up"), ("figure", "eight"), ("figure", "8")}
-
-
-def _heeds(words: Sequence[str]) -> bool:
-    """Whether a phrase is about something to keep clear of: "and mind the lamp"."""
-    first = next((k for k, word in enumerate(words) if word not in TIES), 0)
-    return bool(phrase_at(words, first, HEED)[1])
-
-
-def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:
-    """The phrases with a clause that tells why as one of its own; it ends where something is asked for behind it."""
-    certain = (p for p in phrases if p.role and p.shares[p.role] > CERTAIN and p.pieces.start > clause.verb)
-    begun = (p.pieces.start for p in certain if p.role in WAY or p.words[0] in BIDDING)
-    why = range(clause.pieces.start, min(next(begun, clause.pieces.stop), clause.pieces.stop))
-    none = dict.fromkeys(ROLES, 0.0)
-    found = [part for phrase in phrases for part in _around(text, phrase, why)]
-    found.append(_part(text, WayPhrase(None, none, (0, 0), why, (), "", why=True), why))
-    return sorted(found, key=lambda phrase: phrase.span)
-
-
-CERTAIN = 0.6
-"""How likely a phrase behind a reason has to have its role to be none of it."""
-
-
-def _part(text: Text, phrase: WayPhrase, pieces: range) -> WayPhrase:
-    """Some pieces of a phrase, as a phrase."""
-    span = text.pieces[pieces[0]].span[0], text.pieces[pieces[-1]].span[1]
-    words = tuple(text.words[k] for k in pieces)
-    return replace(phrase, span=span, pieces=pieces, words=words, said=text.text[span[0] : span[1]].strip())
 
 
 def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
@@ -254,9 +84,6 @@ def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
     return found
 
 
-WAY: tuple[Role, ...] = ("start", "via", "goal")
-
-
 def _held_together(
     text: Text, phrases: Sequence[WayPhrase], told: Sequence[WayStop]
 ) -> tuple[list[WayPhrase], list[WayStop]]:
@@ -269,7 +96,7 @@ def _held_together(
         mine = [stop for stop in stops if stop.phrase is phrase]
         said = found[:-1] if found and found[-1].role is None and all(map(is_filler, found[-1].words)) else found
         if said and mine and _counts_there(text, said[-1], mine, [stop for stop in stops if stop not in mine]):
-            found = [*said[:-1], _part(text, said[-1], range(said[-1].pieces.start, phrase.pieces.stop))]
+            found = [*said[:-1], part_of(text, said[-1], range(said[-1].pieces.start, phrase.pieces.stop))]
             stops = [stop for stop in stops if stop not in mine]
         else:
             found.append(phrase)
@@ -299,7 +126,7 @@ def _trimmed(text: Text, phrase: WayPhrase, stops: Sequence[WayStop]) -> list[Wa
     """A phrase without what a place before it took of it: "past the cup | on its right, 20 cm away"."""
     taken = [stop.pieces for stop in stops if stop.place and phrase.pieces.start in stop.pieces[1:]]
     own = any(stop.phrase is phrase for stop in stops)
-    return [phrase] if own or not taken else _around(text, phrase, taken[0])
+    return [phrase] if own or not taken else around(text, phrase, taken[0])
 
 
 def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:
@@ -330,17 +157,6 @@ def _lacking(text: Text, phrase: WayPhrase) -> str:
     if phrase.role == "via" and last and text.words[max(last[0] - 1, 0)] not in DETERMINERS:
         return ""  # "sittin right there" is no thing that is lacking
     return " ".join(text.words[k] for k in last)
-
-
-def places_among(text: Text, pieces: range) -> list[tuple[Location, range]]:
-    """The places that begin among some pieces, one behind the other."""
-    found, k = list[tuple[Location, range]](), pieces.start
-    while k < pieces.stop:
-        place = text.place_at(k)
-        if place is not None:
-            found.append((place[0], range(k, place[1])))
-        k = k + 1 if place is None else max(place[1], k + 1)
-    return found
 
 
 def _row(text: Text, phrase: WayPhrase, found: Sequence[tuple[Location, range]]) -> list[WayStop]:
@@ -396,7 +212,7 @@ def _left(text: Text, phrase: WayPhrase, stop: WayStop, found: Sequence[tuple[Lo
     far = place.distance is None and _metres(text.words, over) is not None
     turned = any(term_at(text.words, k)[0] in TURNING or text.words[k] == "side" for k in over)
     widely = any(text.words[k] in WIDELY and k + 1 in taken for k in over) and place.distance is None
-    aside = turned and phrase.role == "via" and place.relation not in SIDES
+    aside = turned and place.relation not in SIDES
     return phrase.said if far or widely or aside else ""
 
 
@@ -472,6 +288,18 @@ def _where(stop: WayStop) -> int:
     return stop.pieces.start
 
 
+def _without_rivals(text: Text, stops: Sequence[WayStop], found: Sequence[set[Role]]) -> None:
+    """Add to the roles that each place cannot well have the end that another one is by its words: "finish at"."""
+    for stop, unlike in zip(stops, found, strict=True):
+        unlike |= {"goal"} if _halts(text, stop) and any(s.role == "goal" for s in stops if s is not stop) else set()
+    ends: tuple[tuple[Role, frozenset[str]], ...] = (("start", FIRST), ("goal", FINAL))
+    for end, marks in ends:
+        said = [not marks.isdisjoint(text.words[stop.phrase.pieces.start : stop.pieces.start]) for stop in stops]
+        if said.count(True) == 1:
+            for unlike, told_so in zip(found, said, strict=True):
+                unlike |= set() if told_so else {end}
+
+
 def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
     """The roles that each place cannot well have: "past the cup" is no goal, and what an arrow leads to no start."""
     found: list[set[Role]] = []
@@ -483,6 +311,7 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
         found.append({"start", "goal"} if passed else set())
+    _without_rivals(text, stops, found)
     for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
         between = {*text.words[one.pieces.stop : two.pieces.start]}
         listed_alike = one.phrase is two.phrase and one.role != "via"
@@ -496,6 +325,13 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
                 first |= {"via"} if k == 0 and not told("start") else set()
                 second |= {"via"} if k == len(stops) - 2 and not told("goal") else set()
     return found
+
+
+def _halts(text: Text, stop: WayStop) -> bool:
+    """Whether a place is told for a stop of so long: "stop at the pallet for 5 s"."""
+    behind = text.words[stop.pieces.stop : stop.pieces.stop + 5]
+    halts = any(term_at(stop.phrase.words, k)[0] in ("stop", "wait") for k in range(len(stop.phrase.words)))
+    return halts and any(amount.unit == "s" for k in range(len(behind)) if (amount := amount_at(behind, k)) is not None)
 
 
 def _weighed(text: Text, stops: Sequence[WayStop]) -> tuple[list[WayStop], float]:

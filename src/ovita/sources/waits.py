@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.frames import Quantity, Reading, Wait
+from ovita.instruct.frames import Hover, Quantity, Reading, Wait
 from ovita.instruct.lexicon import Amount
 from ovita.sources.mentions import WayTold
-from ovita.sources.places import Location, way_words
-from ovita.sources.stops import WayPhrase, WayStop, same_place, stops_of
+from ovita.sources.phrases import WayPhrase
+from ovita.sources.places import Location, phrase_at, way_words
+from ovita.sources.stops import WayStop, same_place, stops_of
 from ovita.sources.wishes import Wish, wishes_of
 
 TOWARD = way_words("toward")
+ENDS = (("start", way_words("before leaving")), ("goal", way_words("arrived") - {"there"}))
+"""The ends of a way, with the words that say that a wait is there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +36,8 @@ class Waits:
         text = self.way.text
         own = next((stop for stop in stops_of(text, phrase) if stop.place), None)
         heard = wishes_of(phrase.said, text.scene)
+        if phrase.role == "wish" and heard and all(map(_complete, heard)):
+            return heard, False  # "half speed for the first 3 seconds"
         free = following is not None and not following.reasons and not self.way.is_place(following)
         if following is not None and free and own is None and not _shared(heard):
             longer = wishes_of(text.text[phrase.span[0] : following.span[1]].strip(" ,;."), text.scene)
@@ -47,6 +52,7 @@ class Waits:
             return self._at_a_share(phrase, own, heard)
         spots = [] if duration is None else self._spots(phrase, own, heard)
         waits = [_waiting(duration, spot) for spot in dict.fromkeys(spots)] if duration and spots else list(heard)
+        waits += [] if waits == list(heard) else [wish for wish in map(_without_waits, heard) if wish.frames]
         more = [words for words in _durations(phrase)[1:] if waits and duration is not None]
         return [*waits, *(Wish(words, "decline", Reading()) for words in more)]
 
@@ -69,11 +75,22 @@ class Waits:
         way = self.way
         if own is None and "every" in phrase.classes:
             return [self._spot(s.place) for s in way.stops if s.role != "start" and s.place and s.place.objects]
+        if own is None or way.text.words[own.pieces.stop - 1] == "it":  # "before it sets off"
+            words = self._until_a_mark(phrase)
+            said = {end for end, phrases in ENDS for k in range(len(words)) if phrase_at(words, k, phrases)[1]}
+            if len(said) == 1:
+                return [*said]
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
-        if own is None and {"start", "goal"} & {*map(str, told)}:
+        if own is None and "there" not in phrase.words and {"start", "goal"} & {*map(str, told)}:
             return [str(place) for place in told if place in ("start", "goal")][:1]
         places = [place for place in (self._meant(own), *self._near_by(phrase)) if place]
         return [self._spot(place) for place in places if place.objects or place is way.goal][:1]
+
+    def _until_a_mark(self, phrase: WayPhrase) -> Sequence[str]:
+        """The words of a phrase, and those behind it up to the next mark."""
+        words, begin = self.way.text.words, phrase.pieces.start
+        marks = (k for k in range(phrase.pieces.stop, len(words)) if not words[k][0].isalnum() or words[k] == "and")
+        return words[begin : next(marks, len(words))]
 
     def _meant(self, own: WayStop | None) -> Location | None:
         """The place that a wait names; "it" is what was told by the same relation before."""
@@ -105,6 +122,15 @@ def _shared(heard: Sequence[Wish]) -> bool:
     """Whether it comes to a wait at a share of the way."""
     waits = [frame for wish in heard for frame in wish.frames if isinstance(frame, Wait)]
     return any(frame.place == "middle" or isinstance(frame.place, Quantity) for frame in waits)
+
+
+def _complete(wish: Wish) -> bool:
+    """Whether a wish is certain, and no wait: "half speed for the first 3 seconds"."""
+    return wish.outcome == "do" and bool(wish.frames) and not any(isinstance(frame, Wait) for frame in wish.frames)
+
+
+def _without_waits(wish: Wish) -> Wish:
+    return wish.without([frame for frame in wish.frames if isinstance(frame, Wait | Hover)])
 
 
 def _durations(phrase: WayPhrase) -> list[str]:

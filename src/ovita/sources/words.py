@@ -270,6 +270,7 @@ def _adapted(
 
 def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
     """A wish whose shares of a stretch are shares of the whole way: "to the cup and half way wait, then to the box"."""
+    wish = _where_passed(wish, route, request, path)
     told = [place for place in (route.start, *route.via, route.goal) if place is not None]
     ends = [k for k, place in enumerate(told) if k and same_place(place, wish.stretch)]
     if not ends:
@@ -285,6 +286,24 @@ def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajec
 
     frames = tuple(map(whole, wish.frames))
     return replace(wish, reading=replace(wish.reading, frames=frames))
+
+
+def _where_passed(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
+    """A wish whose waits at an object are where the way passes it as it was told, where it comes nearer elsewhere."""
+
+    def there(frame: SemanticFrame) -> SemanticFrame:
+        passed = [p for p in route.via if [item.name for item in p.objects] == [getattr(frame, "place", None)]]
+        if not isinstance(frame, Wait) or len(passed) != 1:
+            return frame
+        share, far = _share_at(passed[0], request, path), passed[0].objects[0].distance(path.positions)
+        nearest = float(path.arc_length[int(far.argmin())] / path.arc_length[-1])
+        return frame if abs(nearest - share) < SAME else replace(frame, place=Quantity(share, "%", "at"))
+
+    return replace(wish, reading=replace(wish.reading, frames=tuple(map(there, wish.frames))))
+
+
+SAME = 0.02
+"""Shares of a path that are as good as one."""
 
 
 def _share_at(place: Location, request: PlanRequest, path: Trajectory) -> float:
