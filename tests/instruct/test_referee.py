@@ -189,7 +189,7 @@ def test_a_length_without_a_unit_that_is_hardly_meant_in_metres_is_shown_first()
 def test_a_length_without_a_unit_that_fits_the_path_is_in_metres():
     large = Trajectory.from_array([[0.0, 0.0, 1.0, 1.0], [40.0, 0.0, 1.0, 1.0]])
     found = understand("no nearer than 20 to the cup", SCENE, large)
-    assert found.outcome == "needs_confirmation" and "20 has no unit; it would be 20 m." in found.doubts
+    assert (found.doubts, notation.show(found.reading.frames)) == ((), "clearance cup at_least=20m")
 
 
 @pytest.mark.parametrize(

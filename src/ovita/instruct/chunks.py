@@ -27,8 +27,8 @@ from ovita.instruct.lexicon import (
     is_digits,
     known_words,
     stems,
-    stray_unit,
     term_at,
+    unit_apart,
     unit_at,
 )
 from ovita.instruct.objects import GENERIC, WORD, Catalog, singular
@@ -281,32 +281,6 @@ def numbers(found: Sequence[Chunk]) -> list[Quantity]:
     return [c.q for c in found if c.q is not None]
 
 
-FAR = 5.0
-"""Metres that are hardly meant where no unit is said and no path is known."""
-
-CENTI = 0.01
-
-
-def bare_unit(value: float, known: float | None, extent: float | None) -> float:
-    """What one of the unit that a bare length is meant in is [m]: that of another length, centimetres, or metres.
-
-    Args:
-        value: As said.
-        known: The unit of another length that is said [m], or None.
-        extent: Diagonal of the path's bounding box [m], or None.
-    """
-    if known is not None and abs(value) >= 1.0:
-        return known
-    return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
-
-
-def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
-    """What one of the unit that a length (or a speed, "Qv") is said in is in SI; None where it is none with a unit."""
-    words = chunk.text.lower().split()
-    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == kind else ()
-    return next((factor for unit, factor, used in found if UNIT_KIND.get(unit) == kind and used), None)
-
-
 Build: TypeAlias = "Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]"
 """What becomes of chunks that a pattern matches; None leaves them as they are."""
 
@@ -328,20 +302,12 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
     catalog.add_nicknames()
     lowered, notes = respelt([w.text.lower() for w in words], catalog)
     found: list[Chunk] = []
-    i, apart = 0, _apart(lowered)
+    i, apart = 0, unit_apart(lowered)
     while i < len(words):
         chunk, used = _chunk(words, lowered, i, catalog, found, apart)
         found.append(chunk)
         i += used
     return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
-
-
-def _apart(words: Sequence[str]) -> int | None:
-    """Where the unit of bare numbers is told by itself, or None."""
-    at = stray_unit(words)
-    return (
-        at if at is not None and any((a := amount_at(words, i)) and a.unit == "m" for i in range(len(words))) else None
-    )
 
 
 def _more_of_them(words: list[_Word]) -> list[_Word]:

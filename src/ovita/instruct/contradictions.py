@@ -12,10 +12,10 @@ from functools import lru_cache
 from itertools import pairwise
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import CENTI, FAR, Chunk, unit_of
-from ovita.instruct.lexicon import DETERMINERS, FRACTIONS
+from ovita.instruct.chunks import Chunk
+from ovita.instruct.lexicon import CENTI, DETERMINERS, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
-from ovita.instruct.together import MEASURED
+from ovita.instruct.together import MEASURED, unit_of
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 
@@ -321,12 +321,13 @@ def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
     measured = [frame for frame in frames if isinstance(frame, MEASURED)]
     lengths = [abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit in ("", "m")]
+    bare = [abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit == ""]
     stated = [chunk.number.value for chunk in said if chunk.q is not None]
     guessed = [length for length in lengths if not any(_near(length, value) for value in stated)]
     for number in (chunk.number.value for chunk in said if chunk.kind == "Qn"):
         if number >= 1.0 and any(_near(number * CENTI, length) for length in guessed):
             return f"{number:g} has no unit; it is taken as {number:g} cm."
-        if number >= FAR and number in lengths:
+        if number >= FAR and number in bare:
             return f"{number:g} has no unit; it would be {number:g} m."
     return ""
 

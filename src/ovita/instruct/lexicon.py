@@ -206,6 +206,11 @@ def known_words() -> frozenset[str]:
     return filler() | {word for phrase in phrases() for word in phrase}
 
 
+def is_known(word: str) -> bool:
+    """Whether a word is one of the word files."""
+    return not known_words().isdisjoint(stems(word))
+
+
 def is_filler(word: str) -> bool:
     """Whether a word asks for nothing by itself."""
     return any(form in filler() for form in stems(word))
@@ -273,6 +278,25 @@ def ambiguous(text: str) -> str:
     return ""
 
 
+FAR = 5.0
+"""Metres that are hardly meant where no unit is said and no path is known."""
+
+CENTI = 0.01
+
+
+def bare_unit(value: float, known: float | None, extent: float | None) -> float:
+    """What one of the unit that a bare length is meant in is [m]: that of another length, centimetres, or metres.
+
+    Args:
+        value: As said.
+        known: The unit of another length that is said [m], or None.
+        extent: Diagonal of the path's bounding box [m], or None.
+    """
+    if known is not None and abs(value) >= 1.0:
+        return known
+    return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
+
+
 def is_digits(word: str) -> bool:
     """Whether a word is a number in digits."""
     return _DIGITS.fullmatch(word) is not None
@@ -319,6 +343,14 @@ def stray_unit(words: Sequence[str]) -> int | None:
         k for k, word in enumerate(words) if not STRAY.isdisjoint(stems(word)) and (not k or words[k - 1] in ANNOUNCING)
     ]
     return apart[0] if len(apart) == 1 else None
+
+
+def unit_apart(words: Sequence[str]) -> int | None:
+    """Where the unit of bare numbers is told by itself, or None."""
+    at = stray_unit(words)
+    return (
+        at if at is not None and any((a := amount_at(words, i)) and a.unit == "m" for i in range(len(words))) else None
+    )
 
 
 def _unit_elsewhere(words: Sequence[str], i: int, behind: int) -> tuple[str, float]:

@@ -226,7 +226,8 @@ def judged(
     over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
-    left = list(chosen.unread)
+    curt = rules is not None and _reads(rules) and by == "learned" and len(said) <= CURT
+    left = [*chosen.unread, *(rules.unread if rules is not None and curt else ())]
     reading = replace(chosen, frames=spread(chosen.frames, said))
     differ = whole and by == "learned"
     enough = DO if not whole or differ else WHOLE_READ

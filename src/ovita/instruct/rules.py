@@ -15,10 +15,10 @@ from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Build, Chunk, bare_unit, chunks, spoken, unit_of
+from ovita.instruct.chunks import DOING, Build, Chunk, chunks, spoken
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
-from ovita.instruct.lexicon import extent_of
+from ovita.instruct.lexicon import bare_unit, extent_of
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
 from ovita.instruct.table import ROWS, Match, frame_of, match
 from ovita.instruct.together import (
@@ -31,6 +31,7 @@ from ovita.instruct.together import (
     placed,
     settled,
     shared,
+    unit_of,
     within,
 )
 from ovita.paths.part import WHOLE, PathPart

@@ -12,9 +12,9 @@ from functools import cache
 from typing import TypeAlias
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk, bare_unit, unit_of
+from ovita.instruct.chunks import UNIT_KIND, Chunk
 from ovita.instruct.fillers import CLEAR, REST, THERE
-from ovita.instruct.lexicon import DETERMINERS, concepts, stems
+from ovita.instruct.lexicon import DETERMINERS, bare_unit, concepts, stems, unit_at
 from ovita.paths.part import WHOLE, PathPart, outside
 
 
@@ -207,7 +207,9 @@ def with_units(
         near = [f for k, f in units[kind] if k < at][-1:] or [f for _, f in units[kind]][:1]
         known = near[0] if near else None
         factor = bare_unit(q.value, known, extent) if kind == "Qm" else known if known and abs(q.value) >= 1.0 else 1.0
-        return q if factor == 1.0 else replace(q, value=q.value * factor, unit="m" if kind == "Qm" else "m/s", said="")
+        if factor == 1.0 and extent is None:
+            return q  # metres, for want of a path that would tell
+        return replace(q, value=q.value * factor, unit="m" if kind == "Qm" else "m/s", said="")
 
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
@@ -216,6 +218,13 @@ def with_units(
 
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
     return tuple(map(filled, frames))
+
+
+def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
+    """What one of the unit that a length (or a speed, "Qv") is said in is in SI; None where it is none with a unit."""
+    words = chunk.text.lower().split()
+    found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == kind else ()
+    return next((factor for unit, factor, used in found if UNIT_KIND.get(unit) == kind and used), None)
 
 
 def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.SemanticFrame:

@@ -78,8 +78,9 @@ def _mixed(inside: Sequence[WayPhrase]) -> bool:
 def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhrase | None:
     """A clause as one phrase: a wish, or what the way passes; None where it is not certain."""
     said = [k for k in pieces if text.words[k][0].isalnum()]
-    if len(said) < 2:
-        return None
+    told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
+    if len(said) < 2 or any(place.seen for place in told):
+        return None  # "on my left" is seen from the way, which the readers of instructions do not know
     whole = part_of(text, inside[0], range(said[0], said[-1] + 1))
     wish = read_wish(bare(whole.said), text.scene)
     frames = wish.frames
@@ -91,7 +92,6 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     passed = [place for frame in frames if (place := _passed(text, frame)) is not None]
     none = dict.fromkeys(ROLES, 0.0)
     if len(passed) == len(frames) == 1:
-        told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
         passing = all(phrase.role == "via" for phrase in inside if phrase.role in WAY)
         if told and passing and all(_alike(place, passed[0]) for place in told):
             return None

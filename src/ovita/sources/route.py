@@ -14,7 +14,7 @@ from itertools import zip_longest
 import numpy as np
 
 from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
-from ovita.instruct.lexicon import is_filler
+from ovita.instruct.lexicon import is_filler, is_known
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
@@ -269,7 +269,10 @@ class _Besides:
         words = phrase.words
         told = [k for k, w in enumerate(words) if w.isalpha() and w not in TIES and not carries(words, k)]
         turned = phrase.classes & {"never", "correct"} and phrase.classes & {"over", "under", "front", "back", *TURNING}
-        wanted = DEMANDS & {*words} or phrase.shares["wish"] + phrase.shares["wait"] > ASKS
+        strange = any(not is_known(words[k]) for k in told)
+        wanted = DEMANDS & {*words} or phrase.shares["wish"] + phrase.shares["wait"] > (
+            ASKS_STRANGELY if strange else ASKS
+        )
         if phrase.measured or turned or phrase.tells_a_side or (told and wanted):
             self.left.append(said)
         elif len(words) > 2 and told:
@@ -500,8 +503,8 @@ def _behind_verb(phrase: WayPhrase) -> str:
     return " ".join(phrase.words[verb + 1 :])
 
 
-ASKS = 0.5
-"""How likely words without a role may be a wish and yet be passed over."""
+ASKS, ASKS_STRANGELY = 0.5, 0.18
+"""How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
 
 MANNER = 2
 """Words that may only tell how one goes, and whose question is left to the reader of all wishes: "push in"."""
