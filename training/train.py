@@ -44,7 +44,10 @@ PIECES = "embed.word"
 """The array with a row for each piece of a word."""
 
 FROZEN = 3
-"""Layers of the encoder that stay as they are."""
+"""Layers of the encoder that stay as they are, unless `--frozen` says otherwise."""
+
+PLAIN = "composed"
+"""The voice of plain compositions, whose sentences are shown four times as often: strangers' are odd, most are not."""
 
 BATCH = 12
 WEIGHT = {
@@ -138,7 +141,7 @@ class DecoderLayer(nn.Module):
 class Model(nn.Module):
     """The network of `ovita.instruct.encoder` in torch, with the same names."""
 
-    def __init__(self, rows: list[int]) -> None:
+    def __init__(self, rows: list[int], frozen: int = FROZEN) -> None:
         super().__init__()
         self.concept = nn.Parameter(torch.randn(len(CONCEPTS), WIDTH) * 0.2)
         self.skip = nn.Linear(WIDTH, WIDTH)
@@ -173,7 +176,7 @@ class Model(nn.Module):
         self.asks = nn.Linear(WIDTH, len(POINTERS) * KEY)
         self.keys = nn.Linear(WIDTH, KEY)
         self.nothing = nn.Parameter(torch.randn(len(POINTERS), KEY))
-        for parameter in (*self.encoder[:FROZEN].parameters(), self.position, *self.norm.parameters()):
+        for parameter in (*self.encoder[:frozen].parameters(), self.position, *self.norm.parameters()):
             parameter.requires_grad_(False)
         self.drop = nn.Dropout(0.1)
 
@@ -364,15 +367,15 @@ def train(
     known: frozenset[str],
     begin: Path | None = None,
     keep: Path | None = None,
+    frozen: int = FROZEN,
+    rate: float = 1.0,
 ) -> Model:
-    """A model trained on so many varied examples of a pool."""
+    """A model trained on so many varied examples of a pool; `rate` is on the learning rates."""
     torch.manual_seed(seed)
     rng = random.Random(seed)
-    model = Model(rows)
-    rate = 1.0
+    model = Model(rows, frozen)
     if begin is not None:
         model.load(pieces, begin)
-        rate = 0.8
     splitter = WordPiece(pieces)
     slow = [p for n, p in model.named_parameters() if p.requires_grad and n.startswith(("encoder", "kind"))]
     fast = [p for n, p in model.named_parameters() if p.requires_grad and not n.startswith(("encoder", "kind"))]
@@ -453,6 +456,10 @@ def main() -> None:
     parser.add_argument("--without", default="", help="voices to leave out, separated by commas; 'fold:K/N' for a fold")
     parser.add_argument("--share", type=float, default=1.0, help="share of the voices to train on")
     parser.add_argument("--begin", type=Path, help="weights to go on from")
+    parser.add_argument("--frozen", type=int, default=FROZEN, help="layers of the encoder that stay as they are")
+    parser.add_argument(
+        "--rate", type=float, default=1.0, help="factor on the learning rates; less to go on from weights"
+    )
     parser.add_argument("--average", type=Path, nargs="+", help="only average the weights of these runs")
     parser.add_argument("--keep", type=Path, help="where to write the weights on the way")
     parser.add_argument("--to", type=Path, default=ROOT / "src" / "ovita" / "instruct" / WEIGHTS)
@@ -474,12 +481,14 @@ def main() -> None:
     begun = time.time()
     pieces, rows, known = vocabulary([*texts, *augment.words()], options.vocabulary)
     pool = [sample for path in sorted(paths) for sample in augment.samples(path, known)]
+    pool += 3 * [sample for sample in pool if sample.voice == PLAIN]
     data = hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
     print(
         f"{len(paths)} voices, {len(pool)} sentences, {len(pieces)} pieces, data {data}, seed {options.seed}",
         flush=True,
     )
-    model = train(pool, pieces, rows, options.examples, options.seed, known, options.begin, options.keep)
+    how = options.begin, options.keep, options.frozen, options.rate
+    model = train(pool, pieces, rows, options.examples, options.seed, known, *how)
     arrays = model.weights() | {
         "vocabulary": np.array("\n".join(pieces)),
         "known": np.array("\n".join(sorted(known))),

@@ -324,7 +324,20 @@ def amount_at(words: Sequence[str], i: int) -> Amount | None:
         unit, factor = _unit_elsewhere(words, i, i + used)
         if not unit and value >= 1.0:
             unit, factor = _unit_before(words, i, i + used)
+    cents = _centimetres_behind(words, i + used, more) if (unit, factor) == ("m", 1.0) and more else None
+    if cents is not None:
+        return Amount(value + cents[0], unit, used + more + cents[1])
     return Amount(value * factor, unit, used + more)
+
+
+def _centimetres_behind(words: Sequence[str], at: int, more: int) -> tuple[float, int] | None:
+    """The "thirty" of "one metre thirty" [m] and its words, where it is no number of its own."""
+    found = _plain(words, at + more) if words[at].startswith(("metre", "meter")) and at + more < len(words) else None
+    if found is None or not 10.0 <= found[0] <= 99.0 or found[0] % 1.0:
+        return None
+    behind = "".join(words[at + more + found[1] : at + more + found[1] + 1])
+    counted = unit_at(words, at + more + found[1])[2] or behind in COUNTED | TIMES
+    return None if counted else (found[0] * 0.01, found[1])
 
 
 STRAY = frozenset(
