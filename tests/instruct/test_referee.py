@@ -211,6 +211,19 @@ def test_units_that_stand_apart_from_their_numbers(text, meant):
     assert F.same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
 
 
+@pytest.mark.parametrize(
+    "text", ["go left by 5 cm, not quick", "don't rush near the cup", "no rushing", "must not be fast"]
+)
+def test_haste_that_is_denied_is_slower(text):
+    found = understand(text, SCENE)
+    assert found.outcome == "do" and isinstance(found.reading.frames[-1], F.Pace)
+    assert found.reading.frames[-1].change == "slower"
+
+
+def test_a_change_that_is_denied_is_no_other_change():
+    assert understand("do not speed up near the cup", SCENE).outcome != "do"
+
+
 def test_a_denial_in_a_clause_of_its_own_is_no_doubt_about_another_clause():
     assert not contradictions(said("hop the cup, don't touch it"), read("hop the cup, don't touch it", SCENE).frames)
     assert contradictions(said("don't hop the cup"), notation.parse("hop cup", SCENE.names))
