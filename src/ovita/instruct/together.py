@@ -335,8 +335,15 @@ def _aimed(frame: F.SemanticFrame, said: Sequence[tuple[tuple[str, ...], F.Span,
     for names, span, concept in said:
         within = not frame.words or any(a < span[1] and span[0] < b for a, b in frame.words)
         if concept in meant and within and own & {*names}:
-            return replace(frame, aim=meant[concept])
+            return _so_far(replace(frame, aim=meant[concept]))
     return frame
+
+
+def _so_far(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """An end so far above or below an object, as that far up or down from it."""
+    if not isinstance(frame, F.MoveEnd) or frame.aim not in ("above", "below") or frame.by is None:
+        return frame
+    return replace(frame, offset=(("up" if frame.aim == "above" else "down", frame.by),), by=None, aim="")
 
 
 def _free(frame: F.SemanticFrame) -> bool:
