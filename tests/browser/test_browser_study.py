@@ -163,6 +163,7 @@ def test_twelve_people(make, tabs):
             for tab in going:
                 step(tab, quick=True)
         until(one, "Which one")
+        one.reload()  # its scripts may have been asked of the server that was killed
         drawn(one)
         assert one.locator("main .view").count() == 2
         start = one.locator(".plot").first.get_attribute("data-moved")
