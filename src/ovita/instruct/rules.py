@@ -91,18 +91,15 @@ def _classes(row: Sequence[Chunk]) -> str:
 
 
 def turned(found: Sequence[Chunk]) -> list[Chunk]:
-    """The words of an utterance that others turn round, as what they come to: "too close" as farther, "no rush" as slower."""
-    return [c for c in constituents(found) if c.value == "flipped" or (c.value == "denied" and _denies_haste(c))]
+    """The words that others turn round, as what they come to: "too close" as farther, "no rush" as slower."""
+    row = [c for c in constituents(found) if c.value in ("flipped", "denied")]
+    return [c for c in row if c.value == "flipped" or (c.kind == "slower" and c.text.lower().split()[-1] in HASTE)]
 
 
 HASTE = frozenset(
     "fast quick quickly rapid rapidly swift swiftly hasty hastily rush rushing hurry hurrying race racing".split()
 )
 """Manners whose denial asks for less speed; "do not speed up" and "never faster" ask for no change."""
-
-
-def _denies_haste(chunk: Chunk) -> bool:
-    return chunk.kind == "slower" and chunk.text.lower().split()[-1] in HASTE
 
 
 def _preposition_of_past(before: Sequence[Chunk]) -> str:
