@@ -4,6 +4,7 @@ import io
 import json
 
 import numpy as np
+import pytest
 from browser_page import tab, until
 
 THINGS = {"box": (0.3, -0.3, 0.05, 0.12, 0.10, 0.10), "plate": (0.3, 0.3, 0.01, 0.22, 0.22, 0.02),
