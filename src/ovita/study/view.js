@@ -78,7 +78,9 @@
     if (plots.length > 1) together(plots);
     root.querySelectorAll(".slider input").forEach(function (input) {
       const told = input.parentElement.querySelector("output"), chosen = input.parentElement.querySelector("input[type=hidden]");
-      input.addEventListener("input", function () { told.textContent = input.value; chosen.value = input.value; });
+      function take() { told.textContent = input.value; chosen.value = input.value; }
+      input.addEventListener("input", take);
+      if (input.value !== input.defaultValue) take(); /* moved before this script was there */
     });
   }
 
