@@ -18,10 +18,13 @@ from realised import setting
 
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError
+from ovita.instruct.frames import same, unaimed
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.policy import run_proven
 from ovita.policy.source import parse_tree
 from ovita.request import Request
+from ovita.toolkit import judge
 from ovita.writers.base import Reply, ground
 from ovita.writers.generate import BuiltinWriter
 
@@ -42,12 +45,22 @@ def judged(line: Example) -> str:
     return "shown, not meant" if reply.confirm else "silently wrong"
 
 
-def passes(line: Example, reply: Reply, trajectory: Trajectory, scene: object) -> bool:
-    """Whether what a reply does is what the line's writer meant."""
+def passes(line: Example, reply: Reply, trajectory: Trajectory, scene: Scene) -> bool:
+    """Whether what a reply does is what the line's writer meant.
+
+    The notation leaves open what of an object is meant, its top, its surface or the place beside it. Where a frame says
+    so and is else the writer's, it is held to what the policy promises of it.
+    """
     try:
-        rows, _ = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)  # type: ignore[arg-type]
-        check = expected(line.frames, trajectory, scene)  # type: ignore[arg-type]
-        return bool(check.judge(trajectory, Trajectory.from_array(rows), scene).passed)  # type: ignore[arg-type]
+        rows, recorder = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)
+        adapted = Trajectory.from_array(rows)
+        if expected(line.frames, trajectory, scene).judge(trajectory, adapted, scene).passed:
+            return True
+        rest = tuple(frame for frame in reply.frames if unaimed(frame) == frame)
+        if not same(reply.frames, line.frames) or len(rest) == len(reply.frames):
+            return False
+        kept = all(judge(promise, trajectory, adapted, scene).held for promise in recorder.expectations)
+        return kept and (not rest or bool(expected(rest, trajectory, scene).judge(trajectory, adapted, scene).passed))
     except (OvitaError, ValueError, IndexError, KeyError):
         return False
 

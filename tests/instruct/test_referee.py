@@ -54,6 +54,8 @@ def test_readings_that_differ_are_shown_and_the_likelier_one_is():
     assert (sure.outcome, sure.by) == ("needs_confirmation", "learned")
     unsure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.05))
     assert (unsure.outcome, unsure.by) == ("do", "rules")  # nothing is left over, and nothing is sure of something else
+    long = "please make it somewhat lower for the visitors of today"
+    assert verdict(long, reading("move down"), reading("pace slower", confidence=0.97)).outcome == "do"
 
 
 def test_what_is_read_in_unknown_words_is_a_guess():

@@ -21,6 +21,7 @@ from ovita.instruct.lexicon import (
     DETERMINERS,
     FEEDBACK,
     NUMBER_WORDS,
+    ORDINAL_WORDS,
     UNITS,
     amount_at,
     concepts,
@@ -228,6 +229,7 @@ DOING = frozenset(
 SIDEWAYS = frozenset("left right front back".split())
 
 SHORT = {"pc": "%", "pct": "%", "L": "left", "R": "right", "dz": "z", "dx": "x", "dy": "y", "w": "with"}
+SHORT |= {word: f"{number}th" for word, number in ORDINAL_WORDS.items()}
 
 
 @dataclass(frozen=True)

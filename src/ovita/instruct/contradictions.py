@@ -14,8 +14,8 @@ from itertools import pairwise
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.lexicon import CENTI, DETERMINERS, FAR, FRACTIONS
-from ovita.instruct.rules import PAUSES, turned
-from ovita.instruct.together import MEASURED, unit_of
+from ovita.instruct.rules import PAUSES, constituents, turned
+from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.paths.part import WHOLE, PathPart
 from ovita.text import quoted
 
@@ -48,6 +48,7 @@ RISING = frozenset("up raise over farther faster larger inc".split())
 FALLING = frozenset("down lower under closer slower smaller dec".split())
 NOT = frozenset("never clear avoid too".split()) | UPPER
 """What may turn a comparison round: "never higher than"."""
+BOUNDS = ("at_least", "at_most")
 
 
 def contradictions(
@@ -81,13 +82,13 @@ def _negated(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
         return ""
     plain = frozenset(chunk.kind for chunk in said)  # "too fast" counts as fast
     if kinds & {"never", "clear"} and not any(_limits(frame, plain) for frame in frames):
-        denied = [clause for clause in _clauses(said) if {c.kind for c in clause} & {"never", "clear"}]
-        if not frames or not denied or not all(_elsewhere(frame, denied) for frame in frames):
+        denied = [clause for clause in clauses(said) if {c.kind for c in clause} & {"never", "clear"}]
+        if not frames or not denied or not all(elsewhere(frame, denied) for frame in frames):
             return f"{_said(said, {'never'} & kinds or {'keep'})} turns round what it belongs to."
     return ""
 
 
-def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
+def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
     """The chunks between pauses."""
     found: list[list[Chunk]] = [[]]
     for chunk in said:
@@ -96,7 +97,7 @@ def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
     return [clause for clause in found if clause]
 
 
-def _elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
+def elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
     """Whether a frame was read from words outside of some clauses: "pass behind it, never in front"."""
     spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
     return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
@@ -132,6 +133,16 @@ def _compared(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sema
         held = [one.value for frame in frames for one in frame.quantities.values() if one.role == wrong]
         if any(_near(q.value, value) for value in held):
             return f"{word.text!r} {q.said or amount.text} is a bound on the other side."
+    return ""
+
+
+def _bounded_otherwise(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
+    """A bound on the other side than a denial puts it: "not within 30 cm" as at most 30 cm."""
+    bounds = [(q.role, q.value) for frame in frames for q in frame.quantities.values() if q.role in BOUNDS]
+    for chunk in constituents(said) if bounds and "never" in kinds else ():
+        if chunk.q is not None and chunk.q.role in BOUNDS and (chunk.q.role, chunk.q.value) not in bounds:
+            if any(_near(chunk.q.value, value) for role, value in bounds if role != chunk.q.role):
+                return f"{chunk.text!r} is a bound on the other side."
     return ""
 
 
@@ -227,9 +238,10 @@ COURTESY = frozenset("you i we possible need needed necessary anything at so".sp
 
 
 def _once_near(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
-    """A greatest distance that is to hold all along, read as coming so near once."""
-    if kinds & {"never", "max"} and any(map(_met_once, frames)):
-        return f"{_said(said, {'never', 'max'})} asks for it all along, not only where the path comes nearest."
+    """What is to hold all along, a greatest distance or a side that is kept to, read as so for once."""
+    words = {"never", "max"} if any(map(_met_once, frames)) else {"keep"} if any(map(_passed_once, frames)) else set()
+    if kinds & words:
+        return f"{_said(said, words)} asks for it all along, not only where the path comes nearest."
     return ""
 
 
@@ -246,6 +258,10 @@ EVERYWHERE = frozenset(("anywhere", "everywhere", "at all times", "throughout", 
 
 def _met_once(frame: F.SemanticFrame) -> bool:
     return isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not frame.along
+
+
+def _passed_once(frame: F.SemanticFrame) -> bool:
+    return isinstance(frame, F.Visit) and frame.relation in ("over", "under")
 
 
 def _thing_moved(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
@@ -320,8 +336,9 @@ def _pointed(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Seman
 def _without_unit(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
     measured = [frame for frame in frames if isinstance(frame, MEASURED)]
-    lengths = [abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit in ("", "m")]
-    bare = [abs(q.value) for frame in measured for q in frame.quantities.values() if q.unit == ""]
+    amounts = [q for frame in measured for slot, q in frame.quantities.items() if slot not in UNMEASURED]
+    lengths = [abs(q.value) for q in amounts if q.unit in ("", "m")]
+    bare = [abs(q.value) for q in amounts if q.unit == ""]
     stated = [chunk.number.value for chunk in said if chunk.q is not None]
     guessed = [length for length in lengths if not any(_near(length, value) for value in stated)]
     for number in (chunk.number.value for chunk in said if chunk.kind == "Qn"):
@@ -345,6 +362,7 @@ TOOLS = frozenset("gripper hand wrist camera tool head".split())
 
 NEVER = (
     _compared,
+    _bounded_otherwise,
     _conditional,
     _thing_moved,
     _wish_left,

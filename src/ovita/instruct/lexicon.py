@@ -233,7 +233,18 @@ NUMBER_WORDS: dict[str, float] = {
     "nought": 0.0,
     "hundred": 100.0,
     "dozen": 12.0,
+    "twos": 2.0,
+    "threes": 3.0,
+    "fours": 4.0,
+    "fives": 5.0,
 }
+
+ORDINAL_WORDS = {
+    "ninth": 9, "eleventh": 11, "twelfth": 12, "thirteenth": 13, "fourteenth": 14, "fifteenth": 15, "sixteenth": 16,
+    "seventeenth": 17, "eighteenth": 18, "nineteenth": 19, "twentieth": 20, "thirtieth": 30, "fortieth": 40,
+    "fiftieth": 50, "sixtieth": 60, "seventieth": 70, "eightieth": 80, "ninetieth": 90,
+}  # fmt: skip
+"""Ordinals that are no fraction anybody says: "the twentieth waypoint"."""
 
 FRACTIONS = {
     "half": 0.5,
@@ -434,7 +445,10 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
         return 6.0, 2 + behind.index("dozen")
     if word == "point" and behind and behind[0] in NUMBER_WORDS:
         decimals, used = _decimals(words, i + 1)
-        return decimals, used + 1
+        a_waypoint = (
+            NUMBER_WORDS[behind[0]] > 9.0 and words[i - 1 : i] and words[i - 1] in ("at", "from", "to", "until")
+        )
+        return None if a_waypoint and not unit_at(words, i + used + 1)[2] else (decimals, used + 1)
     return _in_words(words, i) if word in NUMBER_WORDS else None
 
 

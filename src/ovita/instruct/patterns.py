@@ -509,7 +509,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("closer to? OBJ comma? to Qm (?!of|from|to|around|near|OBJ)", _within),
     ("raise|lower|up|down over OBJ", _higher_there),
     ("over OBJ raise|lower|up|down", _higher_there),
-    ("never within Qm", partial(in_role, "at_least")),
+    ("never pass? within Qm", partial(in_role, "at_least")),
     ("within Qm of|from|to|around|near OBJ", _within),
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
     ("SHARE|Qx as", lambda f: merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
@@ -530,7 +530,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("at_least|at_most Qm size", lambda f: _height(f[0].kind)(f) if f[-1].text.lower() == "high" else None),
     ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
     ("rotate path? to? left|right by? Qdeg", lambda f: [replace(c, kind={"left": "anticlockwise", "right": "clockwise"}.get(c.kind, c.kind)) for c in f]),
-    ("never LOWER+ than|on|by? Qm|Qn ground?", _high),
+    ("never pass? LOWER+ than|on|by? Qm|Qn ground?", _high),
     ("keep? up|raise|LOWER than Qm|Qn ground?", _high),
     ("never faster|inc|slower|dec than? Qv|Qn", _bounded),
     ("faster|slower than Qv", _bounded),
@@ -562,6 +562,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     # what is turned round
     ("never keep|pass? slight? so|too|of|as slight|large? FLIPS", _flip),
     ("never pass? slight? slight|large? FLIPS", _flip),
+    ("too farther to|at? left|right|front|back|up|down", _flip),
     ("too so? FLIPS", _flip),
     ("less|dec so? FLIPS", lambda f: _flip(f) if f[0].text.lower().endswith("less") else None),
     # ends and objects with their prepositions

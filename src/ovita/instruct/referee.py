@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.contradictions import NEVER, UNKNOWN, contradictions
+from ovita.instruct.contradictions import CHECKS, NEVER, UNKNOWN, clauses, contradictions, elsewhere
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import extent_of
@@ -63,8 +63,8 @@ seen."""
 DO, SHOW = 0.85, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.55
-"""How likely it has to be where the rules read every word and nothing speaks against it."""
+WHOLE_READ, AGAINST_WHOLE = 0.55, 0.9
+"""How likely it has to be where the rules read every word and nothing speaks against it, and to be done instead."""
 
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
@@ -229,9 +229,9 @@ def judged(
     curt = rules is not None and _reads(rules) and by == "learned" and len(said) <= CURT
     left = [*chosen.unread, *(rules.unread if rules is not None and curt else ())]
     reading = replace(chosen, frames=spread(chosen.frames, said))
-    differ = whole and by == "learned"
-    enough = DO if not whole or differ else WHOLE_READ
-    sure = confidence >= enough and not (differ or _shown_first(said, reading, left))
+    against = whole and by == "learned"
+    enough = AGAINST_WHOLE if against else WHOLE_READ if whole else DO
+    sure = confidence >= enough and not (against and len(said) <= CURT) and not _shown_first(said, reading, left)
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
     if _denied(said, _frames(reading)) or _one_of_two(said, _frames(reading)):
@@ -255,11 +255,12 @@ def _one_of_two(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> b
 
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
-    """Whether a reading is never done at once: for what it holds, a "not" that it leaves out, or any word of few."""
-    denied = any(chunk.kind == "never" and chunk.text in left for chunk in said)
-    if denied or contradictions(said, _frames(reading), NEVER) or (left and len(said) <= CURT):
-        return True
-    return len(said) <= DOUBTED and bool(contradictions(said, _frames(reading)))
+    """Whether a reading is never done at once: for what the words hold, a "not" beside what was read, or any of few."""
+    frames = _frames(reading)
+    denied = [c for c in clauses(said) if any(chunk.kind == "never" and chunk.text in left for chunk in c)]
+    beside = denied and not all(elsewhere(frame, denied) for frame in frames)
+    curt = left and len(said) <= CURT
+    return bool(beside or curt or contradictions(said, frames, CHECKS if len(said) <= DOUBTED else NEVER))
 
 
 def _plain(said: Sequence[Chunk]) -> bool:

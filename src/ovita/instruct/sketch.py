@@ -14,6 +14,7 @@ from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import (
     FRACTIONS,
     NUMBER_WORDS,
+    ORDINAL_WORDS,
     amount_at,
     and_a_half,
     concept_at,
@@ -53,6 +54,7 @@ TURNS = frozenset("turn revolution rotation".split())
 ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
 WHOLE_UNIT = frozenset("last first final full whole another".split())
 DETERMINERS = frozenset("the that this my your our a an".split())
+WRITTEN = {word: str(number) for word, number in ORDINAL_WORDS.items()}
 ATTACHED = {"b4": "before", "l8r": "later", "gr8": "great", "m8": "mate", "w/o": "without"}
 WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
 
@@ -186,7 +188,7 @@ def _attached(pieces: list[Fragment]) -> list[Fragment]:
                 continue
             if is_digits(last.text) and piece.text.lower() in ("st", "nd", "rd", "th"):
                 continue
-        joined.append(piece)
+        joined.append(replace(piece, text=WRITTEN.get(piece.text.lower(), piece.text)))
     return joined
 
 
