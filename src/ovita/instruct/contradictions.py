@@ -400,6 +400,12 @@ def _senses(frame: F.SemanticFrame) -> list[str]:
     return [sense for sense in found if sense in _OTHER]
 
 
+def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
+    """Whether two readings hold opposite senses, such as left and right."""
+    mine, theirs = ({sense for frame in frames for sense in _senses(frame)} for frames in (one, other))
+    return any(_OTHER[sense] in theirs for sense in mine)
+
+
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
     if isinstance(frame, F.Keep | F.Clearance | F.Bound) or frame.part.kind == "outside":

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.contradictions import CHECKS, NEVER, UNKNOWN, clauses, contradictions, elsewhere
+from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, UNKNOWN, clauses, contradictions, elsewhere, opposed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import extent_of
@@ -213,7 +213,7 @@ def judged(
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
     candidates = [(by, reading) for by, reading in both if reading is not None and _reads(reading)]
-    if rules is not None and rules.improper and not rules.unread:
+    if rules is not None and rules.improper and not rules.unread and (not _reads(learned) or _bounds(rules)):
         return Understanding("decline", rules, "rules", confidence=1.0, **known)
     if not candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
@@ -231,7 +231,8 @@ def judged(
     reading = replace(chosen, frames=spread(chosen.frames, said))
     against = whole and by == "learned"
     enough = AGAINST_WHOLE if against else WHOLE_READ if whole else DO
-    sure = confidence >= enough and not (against and len(said) <= CURT) and not _shown_first(said, reading, left)
+    turned = against and (len(said) <= CURT or opposed(_frames(reading), _frames(rules or F.Reading())))
+    sure = confidence >= enough and not turned and not _shown_first(said, reading, left)
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
     if _denied(said, _frames(reading)) or _one_of_two(said, _frames(reading)):
@@ -240,12 +241,14 @@ def judged(
 
 
 def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
-    """Whether a way past, over or through something is read where it is denied: "do not fly over the cup"."""
+    """Whether a way past, over or through something is read where only that is denied: "do not fly over the cup"."""
     ways = [frame for frame in frames if isinstance(frame, F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)]
     passed = "filler over under through touch to at by near stop wait hover".split()
     row = [chunk for chunk in said if chunk.kind not in passed]
-    pairs = [(no, thing) for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
-    return any({*thing.names} & {*frame.named} for _, thing in pairs for frame in ways)
+    things = [chunk for chunk in row if chunk.kind == "OBJ"]
+    denied = [thing for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
+    only = [thing for thing in denied if sum(thing.names == other.names for other in things) == 1]
+    return any({*thing.names} & {*frame.named} for thing in only for frame in ways)
 
 
 def _one_of_two(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
@@ -261,6 +264,11 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str])
     beside = denied and not all(elsewhere(frame, denied) for frame in frames)
     curt = left and len(said) <= CURT
     return bool(beside or curt or contradictions(said, frames, CHECKS if len(said) <= DOUBTED else NEVER))
+
+
+def _bounds(reading: F.Reading) -> bool:
+    """Whether a reading holds limits."""
+    return any(q.role in BOUNDS for frame in reading.frames for q in frame.quantities.values())
 
 
 def _plain(said: Sequence[Chunk]) -> bool:
