@@ -163,7 +163,6 @@ def test_waits_of_one_sentence():
         "Stop after 3 seconds",
         "Move waypoint 5 and waypoint 10 up by 3 cm",
         "Continue past the goal for 10 cm, rising 5 cm",
-        "Accelerate from standstill at the start",
         "Keep 5 cm more distance from the plate than from the vase",
     ],
 )

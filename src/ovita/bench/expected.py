@@ -166,6 +166,8 @@ def _each(names: Sequence[str], check: Callable[[str], Check]) -> Check:
 
 
 def _shift(case: _Asked, frame: F.Shift) -> Check:
+    if case.has(F.Rotate):
+        return P.not_(P.same_path())
     words, where = case.offset(frame.offset), case.where(frame)
     only = case.alone(frame) and not case.has(*RECOUNTED)
     if where is not None and case.has(F.MoveEnd):
@@ -361,7 +363,7 @@ def _rest_kept(case: _Asked, where: PathPart | None) -> Check | None:
 
 _KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
     **{what: partial(_ends_kept, what=what) for what in ("start", "goal", "ends")},
-    "speed": lambda case, where: None if case.has(*PACING) else P.speeds_kept(where),
+    "speed": lambda case, where: None if case.has(*PACING, F.Reverse) else P.speeds_kept(where),
     "height": lambda case, where: None if case.has(*LIFTING) else asked.height_kept(),
     "rest": _rest_kept,
     "path": _path_kept,
@@ -443,7 +445,7 @@ def _around(place: F.Place) -> PathPart:
 
 def _mirror(case: _Asked, frame: F.Mirror) -> Check:
     flipped = {"x": "y", "y": "x", "z": "z"}.get(frame.axis, "")
-    if case.has(F.Reverse):
+    if case.has(F.Reverse, F.Resize):
         return P.not_(P.same_path())
     mirrored = P.mirrored if case.alone(frame) else asked.flipped
     return mirrored([case.word(flipped or frame.axis)], where=case.calm(frame))

@@ -107,7 +107,7 @@ def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.Sem
     """A "maximum" or "at least" that is read as something else."""
     roles: set[str] = {q.role for frame in frames for q in frame.quantities.values()}
     roles |= {{"cap": "at_most", "floor": "at_least"}.get(str(getattr(frame, "change", "")), "") for frame in frames}
-    bound = any(isinstance(frame, F.Bound) for frame in frames)
+    bound = any(isinstance(frame, F.Bound | F.Figure) for frame in frames)  # "a radius of at most 1 m" is 1 m
     for words, role, wrong in ((UPPER, "at_most", "at_least"), (LOWER, "at_least", "at_most")):
         turned_round = "never" in kinds and wrong in roles
         if (
@@ -147,13 +147,15 @@ def _bounded_otherwise(said: Sequence[Chunk], kinds: frozenset[str], frames: tup
 
 
 def _number_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
-    """A number that no slot took."""
+    """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
+    names = {"one", *(f.shape for f in frames if isinstance(f, F.Figure))}
     held = {value for frame in frames for value in _values(frame)}
     ranged = [c for one, to, other in zip(said, said[1:], said[2:], strict=False) if to.kind in ("to", "and")
               for c in (one, other) if any(_near(v, mean) for v in held for mean in _means(one, other))]  # fmt: skip
     for k, chunk in enumerate(said):
         units = (1.0, CENTI, *filter(None, map(unit_of, said))) if chunk.kind == "Qn" else (1.0,)
-        amounts = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None else ()
+        counts = chunk.q is not None and not (chunk.kind == "Qn" and chunk.text.lower() in names)
+        amounts = _amounts(chunk.q.value, said[k + 1 : k + 5]) if chunk.q is not None and counts else ()
         means = [value * unit for value in amounts for unit in units]
         if means and not any(_near(v, value) for v in held for value in means) and chunk not in ranged:
             return f"{chunk.text!r} has no place in it."
@@ -190,8 +192,8 @@ def _object_left(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.S
 def _conditional(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:
     """A condition, which no frame can hold."""
     words = " ".join(chunk.text.lower() for chunk in said).split()
-    for word, after in zip(words, [*words[1:], ""], strict=True):
-        if word == "unless" or (word == "if" and after not in COURTESY):
+    for before, word, after in zip(["", *words], words, [*words[1:], ""], strict=False):
+        if word == "unless" or (word == "if" and after not in COURTESY and before not in WISHING):
             return f"{word!r} sets a condition, and it would be done always."
     return ""
 
@@ -235,6 +237,9 @@ def _kept_for_farther(said: Sequence[Chunk], kinds: frozenset[str], frames: tupl
 
 COURTESY = frozenset("you i we possible need needed necessary anything at so".split())
 """What follows an "if" that is mere politeness."""
+
+WISHING = frozenset("what glad happy happier better obliged grateful nice nicer lovely great good".split())
+"""What is before an "if" that is: "I would be glad if"."""
 
 
 def _once_near(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:

@@ -125,7 +125,7 @@ LEAST = 1e-6
 """No class is held to be less likely than this."""
 
 CAPPED = 0.5
-"""The most that a reading may claim which leaves a number or an object of the sentence unused."""
+"""The most that edits may claim which leave a number or an object of the feedback unused."""
 
 
 @dataclass(frozen=True)
@@ -300,15 +300,14 @@ class LearnedReader:
         )
 
     def sure(self, reading: Reading, features: Array) -> float:
-        """How likely a reading is right, by its features; at most `CAPPED` where an amount or an object is unused."""
+        """How likely a reading is right, at most `CAPPED` for edits that leave an amount or an object."""
         extra = self.net.extra
         if "calibration.weights" not in extra:
             return float(features[0])
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
         sure = float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
         left = features[[FEATURES.index("numbers left"), FEATURES.index("objects left")]]
-        capped = (reading.frames or reading.edits) and left.any()
-        return min(sure, CAPPED) if capped else sure
+        return min(sure, CAPPED) if reading.edits and left.any() else sure
 
 
 def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
@@ -494,11 +493,12 @@ def unused(seen: Sketch, choice: Choice) -> dict[str, list[str]]:
 
 
 def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
-    """What the sentence mentions and nothing points at, nor at another mention of the same."""
+    """What the sentence mentions and nothing points at, nor at another mention of it; not a figure's eight."""
+    eight = any(atom.label("action") == "eight" for atom in choice.atoms)
     pointed = {name for i in choice.used for name in seen.mentions[i].items}
     open_ = {f.mention for f in seen.pieces if f.mention >= 0} - choice.used
     mentions = [seen.mentions[i] for i in sorted(open_)]
-    return [m for m in mentions if not m.weak and not pointed & set(m.items)]
+    return [m for m in mentions if not m.weak and not pointed & set(m.items) and not (eight and m.value == 8.0)]
 
 
 def _said(mention: Referent) -> str:

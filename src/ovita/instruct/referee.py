@@ -60,7 +60,7 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.85, 0.15
+DO, SHOW = 0.84, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ, AGAINST_WHOLE = 0.55, 0.9
