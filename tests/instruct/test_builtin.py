@@ -152,6 +152,36 @@ CLAUSES = [
 ]
 
 
+COUNTS = [
+    ("rest for 2 s at the seventeenth waypoint", "wait at=17wp for=2s"),
+    ("pause at point thirteen for one second", "wait at=13wp for=1s"),
+    ("slow down to point thirteen metres per second", "pace slower to=0.13m/s"),
+    ("raise the fourth waypoint by 3 cm", "move up=3cm @range=4-4"),
+    ("merge the waypoints in threes", "waypoints merge=3"),
+    ("one could go slower near the cup", "pace slower @near=cup"),
+    ("a figure of eight at the fan", "eight at=fan"),
+    ("a spiral of max radius 10 cm at the fan", "spiral at=fan radius=10cm"),
+]
+DENIED = [
+    ("you shall not pass within 12 cm of the cup", "clearance cup at_least=12cm"),
+    ("it must not pass below 25 cm", "height at_least=25cm"),
+    ("the path is too far to the left", "move right"),
+    ("pass under the cup and not over the cup", "via under=cup"),
+    ("I would be happy if it went slower near the fan", "pace slower @near=fan"),
+]
+
+
+@pytest.mark.parametrize(("sentence", "frames"), [*COUNTS, *DENIED])
+def test_counts_and_denials_are_read(sentence, frames):
+    verdict = understand(sentence, SCENE, Trajectory.from_array(ROWS))
+    assert same(verdict.reading.frames, parse(frames, SCENE.names)), show(verdict.reading.frames)
+    assert verdict.outcome in ("do", "needs_confirmation")
+
+
+def test_a_condition_is_never_done_always():
+    assert understand("if the cup is hot, go left", SCENE, Trajectory.from_array(ROWS)).outcome != "do"
+
+
 @pytest.mark.parametrize(("sentence", "frames"), [*MOVES, *OBJECTS, *SPEEDS, *SHAPES, *CHANGES, *LAWS, *CLAUSES])
 def test_what_a_sentence_asks_for_is_done_at_once(sentence, frames):
     verdict = understand(sentence, SCENE, Trajectory.from_array(ROWS), quick=True)

@@ -208,7 +208,8 @@ ABBREVIATED = frozenset("approx appr ca max min no pls vs incl sec secs deg pos 
 
 COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
            "eighth": 8, "tenth": 10}  # fmt: skip
-"""Ordinals, as in "every third"."""
+COUNTABLE = frozenset("waypoint point wp pt".split())
+"""Ordinals, as in "every third", and what they count: "the fifth point"."""
 
 BARE = {
     **dict.fromkeys(("first", "initial", "opening", "1st"), "1st"),
@@ -519,6 +520,8 @@ def _pieces(text: str) -> list[_Word]:
         if word in ("-", "+", "/", ".."):
             word = _mark(word, last, following, glued, joined)
         word = ORDINALS.get(word, SHORT.get(word, word))
+        if word in COUNTED and word != "other" and last.lower() in DETERMINERS and following.lower() in COUNTABLE:
+            word = f"{COUNTED[word]}th"
         multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
         if multiplies or (glued and _only_shortens(word, last, following)):
             continue

@@ -179,7 +179,7 @@ def _without_ending(piece: Fragment) -> list[Fragment]:
 def _attached(pieces: list[Fragment]) -> list[Fragment]:
     """Join "b4" and drop the endings of ordinals."""
     joined: list[Fragment] = []
-    for piece in pieces:
+    for piece, behind in zip(pieces, [*pieces[1:], None], strict=True):
         last = joined[-1] if joined else None
         if last is not None and last.words and piece.words and last.words[1] == piece.words[0]:
             both = (last.text + piece.text).lower()
@@ -188,7 +188,11 @@ def _attached(pieces: list[Fragment]) -> list[Fragment]:
                 continue
             if is_digits(last.text) and piece.text.lower() in ("st", "nd", "rd", "th"):
                 continue
-        joined.append(replace(piece, text=WRITTEN.get(piece.text.lower(), piece.text)))
+        word = piece.text.lower()
+        of_a_waypoint = last is not None and last.text.lower() in DETERMINERS and behind is not None
+        if word in ORDINALS and of_a_waypoint and behind.text.lower() in WAYPOINT_WORDS:
+            piece = replace(piece, text=f"{ORDINALS[word]:g}")
+        joined.append(replace(piece, text=WRITTEN.get(word, piece.text)))
     return joined
 
 
