@@ -189,8 +189,8 @@ def _attached(pieces: list[Fragment]) -> list[Fragment]:
             if is_digits(last.text) and piece.text.lower() in ("st", "nd", "rd", "th"):
                 continue
         word = piece.text.lower()
-        of_a_waypoint = last is not None and last.text.lower() in DETERMINERS and behind is not None
-        if word in ORDINALS and of_a_waypoint and behind.text.lower() in WAYPOINT_WORDS:
+        counting = behind is not None and behind.text.lower() in WAYPOINT_WORDS
+        if word in ORDINALS and counting and last is not None and last.text.lower() in DETERMINERS:
             piece = replace(piece, text=f"{ORDINALS[word]:g}")
         joined.append(replace(piece, text=WRITTEN.get(word, piece.text)))
     return joined
