@@ -27,7 +27,6 @@ SCENE = Scene(tuple(SceneObject(name, np.array([i, 1.0, 0.5])) for i, name in en
         ("come no nearer than 30 cm to the lamp", "clearance lamp at_least=30cm"),
         ("the goal further from the cup, 10 cm", "end goal away=cup by=10cm"),
         ("never higher than 80 cm", "height at_most=80cm"),
-        ("go left, no, right, 4 cm", "move right=4cm"),
         ("wait 3 s at the box, then go faster", "wait at=box for=3s; pace faster @after=box"),
         ("everywhere except near the cup, 20 % faster", "pace faster by=20% @!near=cup"),
         ("twice around the box, clockwise", "circle box turns=2 cw"),

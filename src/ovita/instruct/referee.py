@@ -21,6 +21,7 @@ from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, UNKNOWN, clause
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import extent_of
+from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread, with_units
 from ovita.paths.part import WHOLE
@@ -128,6 +129,7 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
+    text = repaired(text, scene, positions)
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
     rules = in_units(rules, said, positions)
@@ -261,7 +263,11 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str])
     """Whether a reading is never done at once: for what the words hold, a "not" beside what was read, or any of few."""
     frames = _frames(reading)
     denied = [c for c in clauses(said) if any(chunk.kind == "never" and chunk.text in left for chunk in c)]
-    beside = denied and not all(elsewhere(frame, denied) for frame in frames)
+    meant = {chunk.kind for c in denied for chunk in c} - UNKNOWN - {"never"}
+    again = meant & {
+        chunk.kind for c in clauses(said) if c not in denied for chunk in c
+    }  # "stop there, no, don't stop"
+    beside = denied and (again or not all(elsewhere(frame, denied) for frame in frames))
     curt = left and len(said) <= CURT
     return bool(beside or curt or contradictions(said, frames, CHECKS if len(said) <= DOUBTED else NEVER))
 

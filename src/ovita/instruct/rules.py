@@ -9,7 +9,7 @@ most. What a clause leaves open is taken from the clauses before it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -264,7 +264,7 @@ def reader(scene: Scene, positions: Array | None) -> Callable[[str, Sequence[F.S
     def cut(text: str) -> tuple[Sequence[Chunk], tuple[str, ...], Sequence[ReadClause]]:
         found, notes = chunks(text, scene, positions)
         row = constituents(_arriving(_with_pauses(found)), extent_of(positions))
-        pieces = _pieces(_without_what_is_taken_back(row), found)
+        pieces = _pieces(row, found)
         clauses = _cut(pieces)
         if not any(clause.match for clause in clauses):
             clauses = _cut([replace(piece, opening="") for piece in pieces])
@@ -340,37 +340,6 @@ WORDS_OF_RUNNING = frozenset("run do play same whole lot".split())
 PARTICIPLES = frozenset(
     "filler faster slower brake accel keep up down raise lower closer farther smooth constant".split()
 )
-
-
-def _without_what_is_taken_back(row: list[Chunk]) -> list[Chunk]:
-    """Drop what a speaker takes back: "left, no, right" and "10 cm, I mean 12 cm"."""
-    for at in [i for i, c in enumerate(row) if c.kind == "correct"][::-1]:
-        behind = row[at + 1 :]
-        end = next((i for i, c in enumerate(behind) if c.kind == "dot" and i > 0), len(behind))
-        kept = _without_last_of(row[:at], {_sort(c) for c in behind[:end]} - {""})
-        while kept and kept[-1].kind in ("never", "comma", "dot"):
-            kept.pop()
-        row = kept + behind
-    return row
-
-
-def _without_last_of(row: Sequence[Chunk], sorts: Iterable[str]) -> list[Chunk]:
-    """Constituents without the last one of each sort, if it stands in the last sentence."""
-    kept = list(row)
-    for sort in sorts:
-        old = max((i for i, c in enumerate(kept) if _sort(c) == sort), default=len(kept))
-        if all(c.kind != "dot" for c in kept[old:-1]):
-            del kept[old : old + 1]
-    return kept
-
-
-SORTS = dict.fromkeys("left right front back up down raise lower".split(), "direction")
-SORTS |= {kind: kind for kind in (*QUANTITIES, "obj", "point", "clockwise", "anticlockwise")}
-
-
-def _sort(item: Chunk) -> str:
-    """What a correction puts in the place of what: a direction, an object, a quantity of a unit."""
-    return SORTS.get(item.kind, "")
 
 
 def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
