@@ -132,6 +132,10 @@ def test_which_of_two_frames_is_asked():
 @pytest.mark.parametrize(
     ("before", "edits", "wanted"),
     [
+        ("circle cup turns=2", "set turns=4x", "circle cup turns=4"),
+        ("wave waves=3", "set waves=5steps", "wave waves=5"),
+        ("pace at_most=0.3m/s", "set at_most=0.2m", "pace at_most=0.2m/s"),
+        ("closer cup deg=slight", "set by=10cm", "closer cup by=10cm"),
         ("pace slower by=60%", "scale 2x", "pace set by=0.16x"),
         ("pace faster by=2x", "scale 0.5x", "pace faster by=1.5x"),
         ("circle cup turns=2", "scale more deg=slight", "circle cup turns=3"),

@@ -78,11 +78,7 @@ def _held(piece: Phrase, said: Remark) -> tuple[int, str] | None:
 
 def _set(piece: Phrase, where: tuple[int, str], said: Remark) -> E.Edit:
     i, slot = where
-    q, step, had = piece.number or quantity("1"), _step(piece, said), said.before[i].quantities.get(slot)
-    if slot == "turns":
-        q = replace(q, unit="")
-    elif q.unit == "m" and had is not None and had.unit == "m/s":
-        q = replace(q, unit="m/s", said="")
+    q, step = piece.number or quantity("1"), _step(piece, said)
     return E.Set(on=said.on(i), slot=slot, quantity=q, step=step)  # type: ignore[arg-type]
 
 

@@ -8,20 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.editing import OPPOSITE, directions_of
+from ovita.instruct.editing import OPPOSITE, apply, directions_of
 from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, filler
 from ovita.instruct.remarks import FACTORS, SKIPPED, Candidate, Phrase, Remark
 from ovita.paths.part import WHOLE
+from ovita.paths.scene import Scene
 
 LIKELY = 0.39
 """How likely feedback has to be meant to be taken as such."""
+
+EVEN = 0.5
+"""How likely feedback has to be meant, among the ways to take it, to be done without being shown first."""
+
+FEW = 8
+"""Words and marks of feedback that is so short that the network is not asked what it thinks of the rules' reading."""
 
 COMMANDS = frozenset("undo redo restart accept explain again flip meant except also same".split())
 """Cues that no instruction of its own has."""
@@ -73,6 +80,23 @@ class Retrospect:
     fresh: F.Reading
     score: float
     weight: Callable[[Phrase], float]
+
+    @cached_property
+    def reading(self) -> F.Reading:
+        """The feedback, with what it leaves out."""
+        return F.Reading(edits=self.best.edits, unread=self.unread, question=self.best.question, asked=self.best.asked)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether the rules are enough: few words of feedback, or an instruction by its first word, all of it read."""
+        if looks_back(self):
+            return len(self.said.pieces) <= FEW and not self.unread
+        return self.whole and {*self.tokens[:1]} <= OPENING
+
+    @cached_property
+    def points(self) -> float:
+        """What speaks for feedback and against an instruction, as the logarithm of odds."""
+        return sum(worth * float(fact(self)) for worth, fact in FACTS.values())
 
     @cached_property
     def clauses(self) -> set[int]:
@@ -133,14 +157,15 @@ class Retrospect:
 
 def looks_back(it: Retrospect) -> bool:
     """Whether an utterance is feedback rather than an instruction."""
+    if not (it.best.edits or it.best.question):
+        return False
     if it.best.edits and all(isinstance(edit, E.Also) for edit in it.best.edits):
         return not (it.whole and _joins(it))
     if not it.said.before or (it.whole and it.best.question):
         return not it.said.before
     if _settled(it):
         return True
-    points = sum(worth * float(fact(it)) for worth, fact in FACTS.values())
-    return 1 / (1 + math.exp(-points)) > LIKELY
+    return 1 / (1 + math.exp(-it.points)) > LIKELY
 
 
 def kin(frame: F.SemanticFrame, known: F.SemanticFrame) -> bool:
@@ -311,3 +336,86 @@ FACTS: dict[str, tuple[float, Fact]] = {
     "the other side": (2.07, lambda it: it.said.beside),
 }
 """What each fact counts, as logarithms of odds; `training/looking_back.py` fits them on feedback and first requests."""
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """What the network says of an utterance.
+
+    Args:
+        edits: As feedback.
+        alone: As an instruction of its own.
+        rules: How likely it holds the feedback that the rules read, as a logarithm.
+    """
+
+    edits: F.Reading
+    alone: F.Reading
+    rules: float
+
+
+def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
+    """The feedback of the rules or of the network, with how likely it is meant; None if an instruction is likelier."""
+    readings = ways(it, heard)
+    points = {who: sum(worth * float(fact(it, heard)) for worth, fact in GROUNDS[who].values()) for who in readings}
+    best = max(points, key=lambda who: points[who])
+    reading = readings[best]
+    likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
+    return None if reading is None else replace(reading, confidence=likely)
+
+
+def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
+    """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
+    found: dict[str, F.Reading | None] = {"instruction": None}
+    if it.best.question or not _idle(it.best.edits, it.said.before):
+        found["rules"] = it.reading
+    mere = heard.edits.question or all(isinstance(edit, E.Also) for edit in heard.edits.edits)
+    if not (mere or _agree(it, heard) or _idle(heard.edits.edits, it.said.before)):
+        found["network"] = heard.edits
+    return found
+
+
+def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:
+    """Whether edits change nothing: a number for a slot that takes none of its unit."""
+    sure = any(isinstance(edit, E.Command | E.Again | E.Rescale) for edit in edits)
+    return not sure and apply(edits, before, Scene()) == before
+
+
+def _agree(it: Retrospect, heard: Hearing) -> bool:
+    """Whether the feedback of the rules and of the network comes to the same, but for numbers, which the rules read."""
+    both = (it.best.edits, heard.edits.edits)
+    slots = [[edit.slot if isinstance(edit, E.Set) else "" for edit in edits] for edits in both]
+    commands = [[edit for edit in edits if isinstance(edit, E.Command)] for edits in both]
+    if not all(both) or commands[0] != commands[1]:
+        return False
+    alike = slots[0] == slots[1] and all(slots[0])
+    return alike or F.same(*(apply(edits, it.said.before, Scene()) for edits in both))
+
+
+def _odds(likely: float) -> float:
+    likely = min(max(likely, 0.02), 0.98)
+    return math.log(likely / (1 - likely))
+
+
+Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
+
+GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
+    "instruction": {
+        "length": (0.94, lambda it, heard: min(sum(len(p.text.split()) for p in it.said.pieces), 20) / 10),
+        "another object": (0.42, lambda it, heard: bool(_named(it.said.active) - it.known)),
+        "other kinds of change": (0.82, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+    },
+    "rules": {
+        "looks back": (0.41, lambda it, heard: min(max(it.points, -6.0), 6.0)),
+        "taken by the rules alone": (0.80, lambda it, heard: looks_back(it)),
+        "both agree": (2.84, lambda it, heard: _agree(it, heard)),
+        "likelihood": (0.32, lambda it, heard: max(heard.rules, -25.0) / 5),
+    },
+    "network": {
+        "confidence": (1.01, lambda it, heard: _odds(heard.edits.confidence)),
+        "unread": (0.77, lambda it, heard: bool(heard.edits.unread)),
+        "nothing to the rules": (-0.47, lambda it, heard: not it.best.edits),
+    },
+}
+"""What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
+how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""
