@@ -209,23 +209,12 @@ def _compares(it: Retrospect) -> bool:
     return short and any(p.text.split()[0].endswith("er") for p in it.words)
 
 
-def _fragment(it: Retrospect) -> bool:
-    """Whether it is little more than how much: "half as big", "way more"."""
-    short = len([p for p in it.said.active if p.content]) <= 3 and not it.opens
-    return short and bool(it.cues & {"more", "less", "weak", *FACTORS})
-
-
 def _of_it(it: Retrospect) -> bool:
     """Whether an amount is one on what was done: "double it", "half of that", "reduce it by half", "50 % more"."""
     pairs = [*pairwise(it.said.active), *((q, p) for p, q in pairwise(it.said.active))]
     much = {*FACTORS, "more", "less"}
     by = any(p.cues & much and q.text in ("it", "that", "this", "them", "of") for p, q in pairs)
     return by or any(p.number and p.number.unit in ("%", "x") and q.cues & {"more", "less"} for p, q in pairs)
-
-
-def _undone(it: Retrospect) -> bool:
-    """Whether what is taken away is of a kind that the instruction would change: "without the slowing down"."""
-    return it.whole and it.edits(E.Drop, E.Flip) and _akin(it)
 
 
 def _says_where(it: Retrospect) -> bool:
@@ -244,12 +233,6 @@ def _corrects(it: Retrospect) -> bool:
     """Whether it says that something else was meant or is enough: "left by 0.3 instead", "no, make it 0.3"."""
     cued = it.said.cued("meant", "enough", "also", "same", "only", "not", "except", "undo", "whole")
     return it.said.pieces[0].text in ("no", "nope", "nah", "make") or bool(cued)
-
-
-def _elsewhere(it: Retrospect) -> bool:
-    """Whether something is removed that would be an instruction about other things: "drop every other waypoint"."""
-    long = any(len(p.text.split()) > 1 for p in it.best.used if p.cues & {"undo", "redo", "restart"})
-    return it.whole and it.edits(E.Drop, E.Command) and not long and not _akin(it)
 
 
 @cache
@@ -304,15 +287,14 @@ FACTS: dict[str, tuple[float, Fact]] = {
     "only there or not there": (1.59, _says_where),
     "a place among words": (-0.96, _among_words),
     "takes away": (0.27, lambda it: it.edits(E.Drop)),
-    "takes away something else": (-0.34, _elsewhere),
-    "takes away its own kind": (0.28, _undone),
     "an instruction that was meant": (0.55, lambda it: it.whole and bool(it.said.cued("meant"))),
     "an instruction with a not": (0.37, lambda it: it.whole and bool(it.said.cued("not", "enough"))),
-    "an instruction by a dialogue's word": (0.14, lambda it: it.whole and bool(it.cues & COMMANDS)),
     "once more": (0.29, lambda it: it.edits(E.Again)),
+    "a word of a dialogue": (0.10, lambda it: bool(it.cues & COMMANDS)),
+    "an instruction by a dialogue's word": (0.14, lambda it: it.whole and bool(it.cues & COMMANDS)),
+    "praise beside it": (-0.14, lambda it: bool(it.said.praised)),
     "other kinds of change": (-1.27, lambda it: it.said.elsewhere),
     "another object": (-0.73, lambda it: bool(_named(it.said.active) - it.known)),
-    "a number left": (0.09, lambda it: any(p.number for p in it.left if p.clause in it.clauses)),
     "much unread": (-1.43, lambda it: len(it.unread) > 1),
     "unknown words": (-0.72, _odd),
     "an unknown thing": (-0.84, lambda it: any(True for _ in _unknown(it))),
@@ -320,18 +302,15 @@ FACTS: dict[str, tuple[float, Fact]] = {
     "share read": (1.49, _share),
     "score": (0.96, lambda it: it.score / 5),
     "length": (-2.67, _length),
-    "a word of a dialogue": (0.10, lambda it: bool(it.cues & COMMANDS)),
     "a phrase of a dialogue": (
         1.41,
         lambda it: any(len(p.text.split()) > 1 and p.cues & COMMANDS for p in it.best.used),
     ),
-    "a fragment": (0.19, _fragment),
     "the past": (1.20, lambda it: bool(set(it.tokens) & PAST)),
     "still": (1.89, lambda it: bool(it.said.cued("weak", "again"))),
     "meant": (1.30, lambda it: bool(it.said.cued("meant"))),
     "not": (0.49, lambda it: bool(it.said.cued("not", "enough"))),
     "that": (1.17, lambda it: "that" in it.tokens),
-    "praise beside it": (-0.14, lambda it: bool(it.said.praised)),
     "double it": (1.44, _of_it),
     "the other side": (2.07, lambda it: it.said.beside),
 }
