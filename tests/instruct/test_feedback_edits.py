@@ -70,6 +70,7 @@ BESIDE_INSTRUCTIONS = [
     ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
     ("move up=10cm", "that's quite right", "move up=10cm"),
     ("move up=10cm", "lower it again", "move up=6.7cm"),
+    ("move left=10cm", "more, more, more!", "move left=20cm"),
     ("clearance person at_least=50cm", "a whole metre", "clearance person at_least=1m"),
     ("zigzag size=4mm @middle", "over the last part also", "zigzag size=4mm @middle; zigzag size=4mm @last"),
     ("wait at=cup for=5s", "time to lift the lid, so ten seconds", "wait at=cup for=10s"),
