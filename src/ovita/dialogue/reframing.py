@@ -221,8 +221,9 @@ class DialogueState:
         """New values of parameters that an utterance calls by name, where nothing else was read from all of it."""
         values = called(said, last, self.now.scene)
         placing = any(p.name in values and p.role in PLACING for p in last.parameters)
-        left = reading is None or reading.question or not (reading.edits and isinstance(reading.edits[0], Set))
-        return values if placing or (left and (reading is None or reading.unread or reading.question)) else {}
+        if reading is None or reading.question or placing:
+            return values
+        return values if reading.unread and not any(isinstance(edit, Set) for edit in reading.edits) else {}
 
     def _by_parameters(self, feedback: Feedback, last: Adaptation) -> bool:
         """Whether feedback on a policy of another writer can be done without asking it."""
