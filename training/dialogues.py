@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,8 @@ from ovita.bench.expected import expected
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError
 from ovita.instruct import edits as E
+from ovita.instruct import frames as F
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.writers.generate import FramesWriter
 
@@ -33,7 +36,7 @@ CORPUS = Path(__file__).parent / "corpus"
 
 def judged(line: Example) -> str:
     """What one line of feedback amounts to; "not begun" where its first turn cannot be carried out."""
-    trajectory, scene = setting(line.before or (), line.objects)
+    trajectory, scene = _setting(line)
     session = Session(trajectory, scene, writer=FramesWriter(line.before or ()))
     if not session.say("the turn before").usable:
         return "not begun"
@@ -55,18 +58,32 @@ def judged(line: Example) -> str:
 
 def _meant(line: Example, session: Session, before: Trajectory) -> bool:
     commands = {edit.command for edit in line.edits if isinstance(edit, E.Command)}
-    after = () if commands & {"undo", "restart"} else after_feedback(line)
+    after = () if commands & {"undo", "restart"} else after_feedback(line, session.original, session.scene)
     stands = session.original if not after else before if commands else None
     if stands is not None:
         return np.array_equal(session.current.to_array(), stands.to_array())
     last = session.adaptation
     asked = session.current if last is None or last.proposed is None else last.proposed  # before the limits
-    again = any(isinstance(edit, E.Again) for edit in line.edits)
-    begun, after = (before, line.before or ()) if again else (session.original, after)
+    again, also = (all(isinstance(edit, kind) for edit in line.edits) for kind in (E.Again, E.Also))
+    if again:
+        return _passes(line.before or (), before, asked, session.scene)
+    further = after[len(line.before or ()) :] if also and last is not None and not last.lost else ()
+    return _passes(after, session.original, asked, session.scene) or (
+        bool(further) and _passes(further, before, asked, session.scene)
+    )
+
+
+def _passes(frames: Sequence[F.SemanticFrame], begun: Trajectory, asked: Trajectory, scene: Scene) -> bool:
     try:
-        return bool(expected(after, begun, session.scene).judge(begun, asked, session.scene).passed)
+        return bool(expected(frames, begun, scene).judge(begun, asked, scene).passed)
     except (OvitaError, ValueError):
         return False
+
+
+def _setting(line: Example) -> tuple[Trajectory, Scene]:
+    """A path and a scene that suit the frames before the feedback and those after it."""
+    before = line.before or ()
+    return setting((*before, *after_feedback(line, *setting(before, line.objects))), line.objects)
 
 
 def _redoes(line: Example) -> bool:

@@ -35,8 +35,8 @@ def considered(sentence: str, objects: tuple[str, ...], before: tuple[F.Semantic
     """An utterance beside the instruction that it would be; None where nothing in it can be feedback."""
     scene = Scene(tuple(SceneObject(name, [0.1 * i, 0.3, 0.2]) for i, name in enumerate(objects)))
     found = retrospect(sentence, scene, before, None, lambda text, earlier: read(text, scene, None, earlier))
-    also = found is not None and found.best.edits and all(isinstance(edit, E.Also) for edit in found.best.edits)
-    return None if also else found
+    mere = all(isinstance(edit, E.Also) for edit in found.best.edits) and not found.best.question
+    return None if mere else found
 
 
 def of_voice(lines: list[Example]) -> Iterator[tuple[list[float], bool]]:

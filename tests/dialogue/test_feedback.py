@@ -346,7 +346,7 @@ def test_a_models_knob_called_a_distance_is_still_known_by_its_direction():
         ("purple monkeys 1", "far from what it was"),
         ("the cup is 4 cm tall", "about the object"),
         ("3 knots, not 2", "should not be"),
-        ("also put the end up, 4 cm", "a further change"),
+        ("plus 4 cm", "a further change"),
     ],
 )
 def test_a_number_that_may_mean_something_else_is_shown_first(said, why):
@@ -366,6 +366,53 @@ def test_a_plain_number_is_taken_at_once(said):
     session.say(said)
     assert session.pending is None
     assert np.allclose(session.current.positions - PATH.positions, [-0.3, 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("first", "said", "wanted"),
+    [
+        ("slow down near the cup", "It dawdles now, the speed was all right before, cancel the slowdown", "undo"),
+        ("go up by 0.1", "I revoke that last wish of mine", "undo"),
+        ("circle the cup with a radius of 10 cm", "A tighter loop, let us say five", "radius"),
+        ("go left by 0.2", "oh dear no, put it back where it was to begin with", "undo"),
+    ],
+)
+def test_what_the_rules_read_otherwise_is_left_to_the_network_where_it_is_likelier(first, said, wanted):
+    session = after((first,)).draft()
+    session.say(said)
+    if wanted == "undo":
+        assert np.array_equal(session.current.to_array(), PATH.to_array())
+    else:
+        assert session.adaptation.frames[0].radius.value == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("first", "said"),
+    [
+        ("slow down", "raise the whole path by 5 cm"),
+        ("go left by 0.2", "lift it by 0.1 near the bottle"),
+    ],
+)
+def test_a_further_instruction_is_no_feedback_on_the_turn_before(first, said):
+    session = after((first,)).draft()
+    before = session.current
+    assert session.say(said).usable and len(session.steps) == 2
+    assert session.current.positions[-1, 2] >= before.positions[-1, 2]
+    assert np.allclose(session.current.positions[:, 0], before.positions[:, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize("again", ["once more", "and another round of that please", "repeat it"])
+def test_smoothing_again_takes_out_more_bends(again):
+    rough = PATH.to_array()
+    rough[1:-1, 0] += 0.03 * np.random.default_rng(3).normal(size=N - 2)
+    session = Session(Trajectory.from_array(rough), SCENE, writer="builtin")
+    assert session.say("smooth the path").usable
+
+    def bends():
+        return float((np.diff(session.current.positions, n=2, axis=0) ** 2).sum())
+
+    first = bends()
+    assert session.say(again).status == "done" and bends() < 0.9 * first
 
 
 @pytest.mark.parametrize("wish", ["dance", "sing", "do a little dance"])

@@ -70,6 +70,7 @@ BESIDE_INSTRUCTIONS = [
     ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
     ("move up=10cm", "that's quite right", "move up=10cm"),
     ("move up=10cm", "lower it again", "move up=6.7cm"),
+    ("move left=10cm", "more, more, more!", "move left=20cm"),
     ("clearance person at_least=50cm", "a whole metre", "clearance person at_least=1m"),
     ("zigzag size=4mm @middle", "over the last part also", "zigzag size=4mm @middle; zigzag size=4mm @last"),
     ("wait at=cup for=5s", "time to lift the lid, so ten seconds", "wait at=cup for=10s"),
@@ -132,6 +133,10 @@ def test_which_of_two_frames_is_asked():
 @pytest.mark.parametrize(
     ("before", "edits", "wanted"),
     [
+        ("circle cup turns=2", "set turns=4x", "circle cup turns=4"),
+        ("wave waves=3", "set waves=5steps", "wave waves=5"),
+        ("pace at_most=0.3m/s", "set at_most=0.2m", "pace at_most=0.2m/s"),
+        ("closer cup deg=slight", "set by=10cm", "closer cup by=10cm"),
         ("pace slower by=60%", "scale 2x", "pace set by=0.16x"),
         ("pace faster by=2x", "scale 0.5x", "pace faster by=1.5x"),
         ("circle cup turns=2", "scale more deg=slight", "circle cup turns=3"),

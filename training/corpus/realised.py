@@ -267,10 +267,9 @@ def _inverse(frame: F.SemanticFrame) -> F.SemanticFrame:
     return frame
 
 
-def after_feedback(line: Example) -> tuple[F.SemanticFrame, ...]:
+def after_feedback(line: Example, trajectory: Trajectory, scene: Scene) -> tuple[F.SemanticFrame, ...]:
     """The frames of the turn before with a line's edits, for which open slots have the values that were realised."""
     assert line.before is not None
-    trajectory, scene = setting(line.before, line.objects)
     values = realised_values(list(realise(line.before, trajectory, scene).parameters.values()))
     return apply(line.edits, line.before, scene, values)
 
@@ -325,7 +324,7 @@ def main() -> int:
         )
     total = {o: sum(n for (_, out), n in counts.items() if out == o) for o in ("done", "asked", "failed")}
     for line in list(feedback(arguments.voices))[:: arguments.every]:
-        after = after_feedback(line)
+        after = after_feedback(line, *setting(line.before or (), line.objects))
         trial = tried(after, line.objects) if after else Trial("dropped")
         turned[trial.outcome] += 1
         if trial.outcome in ("failed", "asked"):

@@ -23,8 +23,9 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, name_of, with_selection
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
 from ovita.instruct.lexicon import amount_at
+from ovita.instruct.looking_back import EVEN
 from ovita.instruct.referee import feedback as refereed
 from ovita.measure import compare
 from ovita.paths.part import PathPart
@@ -203,10 +204,10 @@ class DialogueState:
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Feedback | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _realised(results)
-        reading = read_feedback(said, self.now.scene, frames, self.current.positions, self._read)
+        offline = results and self._offline and not only_where(said, self.now.scene)
+        read = refereed if offline else read_feedback
+        reading = read(said, self.now.scene, frames, self.current.positions, self._read)
         if results and not _is_certain(self._read(said)):
-            if self._offline and not only_where(said, self.now.scene):
-                reading = refereed(said, self.now.scene, frames, self.current.positions, reading)
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
                 return Feedback(said, Reading(), frames, first, values, parameters)
@@ -220,7 +221,9 @@ class DialogueState:
         """New values of parameters that an utterance calls by name, where nothing else was read from all of it."""
         values = called(said, last, self.now.scene)
         placing = any(p.name in values and p.role in PLACING for p in last.parameters)
-        return values if placing or reading is None or reading.unread or reading.question else {}
+        if reading is None or reading.question or placing:
+            return values
+        return values if reading.unread and not any(isinstance(edit, Set) for edit in reading.edits) else {}
 
     def _by_parameters(self, feedback: Feedback, last: Adaptation) -> bool:
         """Whether feedback on a policy of another writer can be done without asking it."""
@@ -306,7 +309,7 @@ class DialogueState:
         if feedback.parameters is not None:
             return self._noted(feedback, last, self._rerun(last, feedback.parameters), "knobs")
         if isinstance(edits[0], Again) and len(edits) == 1:
-            return self._noted(feedback, None, self._rerun(replace(last, original=self.current), {}), "said")
+            return self._noted(feedback, None, self._repeated(last), "said")
         if edits[0].on.startswith("turn ") and len(self._results) >= int(edits[0].on[5:]):
             return self._without(feedback, int(edits[0].on[5:]) - 1)
         after = with_selection(apply(edits, feedback.frames, self.now.scene, feedback.values), self.selection)
@@ -320,6 +323,7 @@ class DialogueState:
         if found.kind is None or found.goto is not None or not found.result.usable:
             return found
         unread, doubt = feedback.left_over, self._odd_number(feedback, found.result)
+        doubt = doubt if feedback.reading.confidence >= EVEN else doubt or "Something else may be meant."
         if not (unread or doubt):
             return found
         asking = to_confirm(found.result, unread, (doubt,) if doubt else ())
@@ -408,6 +412,12 @@ class DialogueState:
     def _rerun(self, adaptation: Adaptation, values: Mapping[str, float | int]) -> Adaptation:
         asked = replace(adaptation, scene=self.now.scene, robot=self.now.robot)
         return rerun(asked, values, constraints=self.now.constraints, isolation=self.stages["isolation"])
+
+    def _repeated(self, last: Adaptation) -> Adaptation:
+        """A turn once more, on what there is now; a smoothing as strongly as it takes to make a difference there."""
+        if any(isinstance(frame, Smooth) for frame in last.frames):
+            return self._adapt(last.instruction, self.current, last.frames)
+        return self._rerun(replace(last, original=self.current), {})
 
     def _restored(self, said: str, losses: Sequence[Loss]) -> Interpretation:
         """Make postconditions hold again that the last step lost: the turns that promised them are run once more."""

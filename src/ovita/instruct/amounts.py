@@ -78,11 +78,7 @@ def _held(piece: Phrase, said: Remark) -> tuple[int, str] | None:
 
 def _set(piece: Phrase, where: tuple[int, str], said: Remark) -> E.Edit:
     i, slot = where
-    q, step, had = piece.number or quantity("1"), _step(piece, said), said.before[i].quantities.get(slot)
-    if slot == "turns":
-        q = replace(q, unit="")
-    elif q.unit == "m" and had is not None and had.unit == "m/s":
-        q = replace(q, unit="m/s", said="")
+    q, step = piece.number or quantity("1"), _step(piece, said)
     return E.Set(on=said.on(i), slot=slot, quantity=q, step=step)  # type: ignore[arg-type]
 
 
@@ -204,6 +200,7 @@ def _more_or_less(
 ) -> Candidate:
     """More of some frames and less of others where each has words of its own; else of the last one."""
     degree: Any = next((d for d in ("slight", "large") if any(not said.judged(p) for p in said.cued(d))), None)
+    degree = degree or ("large" if [p.text for p in said.active].count("more") > 2 else None)  # "more, more, more!"
     changes: dict[int, Any] = {i: "more" if sign > 0 else "less" for i, (sign, _) in signs.items()}
     used = (*used, *(p for _, sensed in signs.values() for p in sensed))
     if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:

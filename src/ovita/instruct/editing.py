@@ -314,6 +314,9 @@ def slot_for(frame: F.SemanticFrame, slot: str, unit: str) -> str:
 def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
+    if (i is None or not name) and edit.quantity.unit in _SHORT_FOR:
+        q = replace(edit.quantity, unit=_SHORT_FOR[edit.quantity.unit], said="")
+        return _set(replace(edit, quantity=q), frames, values)
     if i is None or not name:
         return frames
     old = realised(frames[i], i, values).quantities.get(name)
@@ -323,8 +326,13 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     elif not q.unit:
         q = _assumed(q, slots(frames[i])[name][0])
     stated = old is None or (edit.slot in ROLES and edit.slot != "by")
-    frame = put(frames[i], name, replace(q, role=edit.quantity.role if stated or old is None else old.role))
+    q = replace(q, role=edit.quantity.role if stated or old is None else old.role)
+    frame = put(_with(frames[i], degree=None), name, replace(q, unit="") if q.unit == "turns" else q)
     return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
+
+
+_SHORT_FOR = {"m": "m/s", "x": "turns", "step": "turns"}
+"""What a unit is short for: six inches of a speed are inches a second, "three times" around are turns."""
 
 
 def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:

@@ -55,10 +55,7 @@ def read_feedback(
             too", and to tell instructions that say nothing about the frames before.
     """
     found = retrospect(text, scene, before, positions, reader)
-    if found is None or not looks_back(found):
-        return None
-    best = found.best
-    return F.Reading(edits=best.edits, unread=found.unread, question=best.question, asked=best.asked)
+    return found.reading if looks_back(found) else None
 
 
 def retrospect(
@@ -67,8 +64,8 @@ def retrospect(
     before: Sequence[F.SemanticFrame],
     positions: Array | None = None,
     reader: Reader | None = None,
-) -> Retrospect | None:
-    """The likeliest way to read an utterance as feedback, beside the instruction that it would be; None if none is."""
+) -> Retrospect:
+    """The likeliest way to read an utterance as feedback, beside the instruction that it would be."""
     said = Remark(pieces_of(text, scene, before, positions), tuple(before), scene.names)
     fresh = NOTHING if reader is None else reader(said.request or text, ())
     further = fresh if reader is None else reader(said.request or text, before)
@@ -77,9 +74,7 @@ def retrospect(
         *_kept(said, fresh),
         *(candidate for row in ROWS for candidate in row(said)),
     ]
-    if not found:
-        return None
-    best = max(found, key=lambda c: _score(c, said))
+    best = max(found, key=lambda c: _score(c, said), default=Candidate((), ()))
     return Retrospect(said, best, fresh, _score(best, said), _weight)
 
 

@@ -8,20 +8,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.editing import OPPOSITE, directions_of
+from ovita.instruct.editing import OPPOSITE, apply, directions_of
 from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, filler
 from ovita.instruct.remarks import FACTORS, SKIPPED, Candidate, Phrase, Remark
 from ovita.paths.part import WHOLE
+from ovita.paths.scene import Scene
 
 LIKELY = 0.39
 """How likely feedback has to be meant to be taken as such."""
+
+EVEN = 0.5
+"""How likely feedback has to be meant, among the ways to take it, to be done without being shown first."""
+
+FEW = 8
+"""Words and marks of feedback that is so short that the network is not asked what it thinks of the rules' reading."""
 
 COMMANDS = frozenset("undo redo restart accept explain again flip meant except also same".split())
 """Cues that no instruction of its own has."""
@@ -73,6 +80,23 @@ class Retrospect:
     fresh: F.Reading
     score: float
     weight: Callable[[Phrase], float]
+
+    @cached_property
+    def reading(self) -> F.Reading:
+        """The feedback, with what it leaves out."""
+        return F.Reading(edits=self.best.edits, unread=self.unread, question=self.best.question, asked=self.best.asked)
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether the rules are enough: few words of feedback, or an instruction by its first word, all of it read."""
+        if looks_back(self):
+            return len(self.said.pieces) <= FEW and not self.unread
+        return self.whole and {*self.tokens[:1]} <= OPENING
+
+    @cached_property
+    def points(self) -> float:
+        """What speaks for feedback and against an instruction, as the logarithm of odds."""
+        return sum(worth * float(fact(self)) for worth, fact in FACTS.values())
 
     @cached_property
     def clauses(self) -> set[int]:
@@ -133,14 +157,15 @@ class Retrospect:
 
 def looks_back(it: Retrospect) -> bool:
     """Whether an utterance is feedback rather than an instruction."""
+    if not (it.best.edits or it.best.question):
+        return False
     if it.best.edits and all(isinstance(edit, E.Also) for edit in it.best.edits):
         return not (it.whole and _joins(it))
     if not it.said.before or (it.whole and it.best.question):
         return not it.said.before
     if _settled(it):
         return True
-    points = sum(worth * float(fact(it)) for worth, fact in FACTS.values())
-    return 1 / (1 + math.exp(-points)) > LIKELY
+    return 1 / (1 + math.exp(-it.points)) > LIKELY
 
 
 def kin(frame: F.SemanticFrame, known: F.SemanticFrame) -> bool:
@@ -184,23 +209,12 @@ def _compares(it: Retrospect) -> bool:
     return short and any(p.text.split()[0].endswith("er") for p in it.words)
 
 
-def _fragment(it: Retrospect) -> bool:
-    """Whether it is little more than how much: "half as big", "way more"."""
-    short = len([p for p in it.said.active if p.content]) <= 3 and not it.opens
-    return short and bool(it.cues & {"more", "less", "weak", *FACTORS})
-
-
 def _of_it(it: Retrospect) -> bool:
     """Whether an amount is one on what was done: "double it", "half of that", "reduce it by half", "50 % more"."""
     pairs = [*pairwise(it.said.active), *((q, p) for p, q in pairwise(it.said.active))]
     much = {*FACTORS, "more", "less"}
     by = any(p.cues & much and q.text in ("it", "that", "this", "them", "of") for p, q in pairs)
     return by or any(p.number and p.number.unit in ("%", "x") and q.cues & {"more", "less"} for p, q in pairs)
-
-
-def _undone(it: Retrospect) -> bool:
-    """Whether what is taken away is of a kind that the instruction would change: "without the slowing down"."""
-    return it.whole and it.edits(E.Drop, E.Flip) and _akin(it)
 
 
 def _says_where(it: Retrospect) -> bool:
@@ -219,12 +233,6 @@ def _corrects(it: Retrospect) -> bool:
     """Whether it says that something else was meant or is enough: "left by 0.3 instead", "no, make it 0.3"."""
     cued = it.said.cued("meant", "enough", "also", "same", "only", "not", "except", "undo", "whole")
     return it.said.pieces[0].text in ("no", "nope", "nah", "make") or bool(cued)
-
-
-def _elsewhere(it: Retrospect) -> bool:
-    """Whether something is removed that would be an instruction about other things: "drop every other waypoint"."""
-    long = any(len(p.text.split()) > 1 for p in it.best.used if p.cues & {"undo", "redo", "restart"})
-    return it.whole and it.edits(E.Drop, E.Command) and not long and not _akin(it)
 
 
 @cache
@@ -279,15 +287,14 @@ FACTS: dict[str, tuple[float, Fact]] = {
     "only there or not there": (1.59, _says_where),
     "a place among words": (-0.96, _among_words),
     "takes away": (0.27, lambda it: it.edits(E.Drop)),
-    "takes away something else": (-0.34, _elsewhere),
-    "takes away its own kind": (0.28, _undone),
     "an instruction that was meant": (0.55, lambda it: it.whole and bool(it.said.cued("meant"))),
     "an instruction with a not": (0.37, lambda it: it.whole and bool(it.said.cued("not", "enough"))),
-    "an instruction by a dialogue's word": (0.14, lambda it: it.whole and bool(it.cues & COMMANDS)),
     "once more": (0.29, lambda it: it.edits(E.Again)),
+    "a word of a dialogue": (0.10, lambda it: bool(it.cues & COMMANDS)),
+    "an instruction by a dialogue's word": (0.14, lambda it: it.whole and bool(it.cues & COMMANDS)),
+    "praise beside it": (-0.14, lambda it: bool(it.said.praised)),
     "other kinds of change": (-1.27, lambda it: it.said.elsewhere),
     "another object": (-0.73, lambda it: bool(_named(it.said.active) - it.known)),
-    "a number left": (0.09, lambda it: any(p.number for p in it.left if p.clause in it.clauses)),
     "much unread": (-1.43, lambda it: len(it.unread) > 1),
     "unknown words": (-0.72, _odd),
     "an unknown thing": (-0.84, lambda it: any(True for _ in _unknown(it))),
@@ -295,19 +302,99 @@ FACTS: dict[str, tuple[float, Fact]] = {
     "share read": (1.49, _share),
     "score": (0.96, lambda it: it.score / 5),
     "length": (-2.67, _length),
-    "a word of a dialogue": (0.10, lambda it: bool(it.cues & COMMANDS)),
     "a phrase of a dialogue": (
         1.41,
         lambda it: any(len(p.text.split()) > 1 and p.cues & COMMANDS for p in it.best.used),
     ),
-    "a fragment": (0.19, _fragment),
     "the past": (1.20, lambda it: bool(set(it.tokens) & PAST)),
     "still": (1.89, lambda it: bool(it.said.cued("weak", "again"))),
     "meant": (1.30, lambda it: bool(it.said.cued("meant"))),
     "not": (0.49, lambda it: bool(it.said.cued("not", "enough"))),
     "that": (1.17, lambda it: "that" in it.tokens),
-    "praise beside it": (-0.14, lambda it: bool(it.said.praised)),
     "double it": (1.44, _of_it),
     "the other side": (2.07, lambda it: it.said.beside),
 }
 """What each fact counts, as logarithms of odds; `training/looking_back.py` fits them on feedback and first requests."""
+
+
+@dataclass(frozen=True)
+class Hearing:
+    """What the network says of an utterance.
+
+    Args:
+        edits: As feedback.
+        alone: As an instruction of its own.
+        rules: How likely it holds the feedback that the rules read, as a logarithm.
+    """
+
+    edits: F.Reading
+    alone: F.Reading
+    rules: float
+
+
+def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
+    """The feedback of the rules or of the network, with how likely it is meant; None if an instruction is likelier."""
+    readings = ways(it, heard)
+    points = {who: sum(worth * float(fact(it, heard)) for worth, fact in GROUNDS[who].values()) for who in readings}
+    best = max(points, key=lambda who: points[who])
+    reading = readings[best]
+    likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
+    return None if reading is None else replace(reading, confidence=likely)
+
+
+def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
+    """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
+    found: dict[str, F.Reading | None] = {"instruction": None}
+    if it.best.question or not _idle(it.best.edits, it.said.before):
+        found["rules"] = it.reading
+    mere = heard.edits.question or all(isinstance(edit, E.Also) for edit in heard.edits.edits)
+    if not (mere or _agree(it, heard) or _idle(heard.edits.edits, it.said.before)):
+        found["network"] = heard.edits
+    return found
+
+
+def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:
+    """Whether edits change nothing: a number for a slot that takes none of its unit."""
+    sure = any(isinstance(edit, E.Command | E.Again | E.Rescale) for edit in edits)
+    return not sure and apply(edits, before, Scene()) == before
+
+
+def _agree(it: Retrospect, heard: Hearing) -> bool:
+    """Whether the feedback of the rules and of the network comes to the same, but for numbers, which the rules read."""
+    both = (it.best.edits, heard.edits.edits)
+    slots = [[edit.slot if isinstance(edit, E.Set) else "" for edit in edits] for edits in both]
+    commands = [[edit for edit in edits if isinstance(edit, E.Command)] for edits in both]
+    if not all(both) or commands[0] != commands[1]:
+        return False
+    alike = slots[0] == slots[1] and all(slots[0])
+    return alike or F.same(*(apply(edits, it.said.before, Scene()) for edits in both))
+
+
+def _odds(likely: float) -> float:
+    likely = min(max(likely, 0.02), 0.98)
+    return math.log(likely / (1 - likely))
+
+
+Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
+
+GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
+    "instruction": {
+        "length": (0.94, lambda it, heard: min(sum(len(p.text.split()) for p in it.said.pieces), 20) / 10),
+        "another object": (0.42, lambda it, heard: bool(_named(it.said.active) - it.known)),
+        "other kinds of change": (0.82, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+    },
+    "rules": {
+        "looks back": (0.41, lambda it, heard: min(max(it.points, -6.0), 6.0)),
+        "taken by the rules alone": (0.80, lambda it, heard: looks_back(it)),
+        "both agree": (2.84, lambda it, heard: _agree(it, heard)),
+        "likelihood": (0.32, lambda it, heard: max(heard.rules, -25.0) / 5),
+    },
+    "network": {
+        "confidence": (1.01, lambda it, heard: _odds(heard.edits.confidence)),
+        "unread": (0.77, lambda it, heard: bool(heard.edits.unread)),
+        "nothing to the rules": (-0.47, lambda it, heard: not it.best.edits),
+    },
+}
+"""What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
+how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""

@@ -29,7 +29,9 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 
 if TYPE_CHECKING:
+    from ovita.instruct.feedback import Reader
     from ovita.instruct.learned import LearnedReader
+    from ovita.instruct.looking_back import Hearing, Retrospect
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 Who = Literal["rules", "learned"]
@@ -78,9 +80,6 @@ EMPTY = frozenset(
     set use take let let's give me us in and of to than now""".split()
 )
 """Words that point at nothing and ask for nothing; of others that the rules pass over, the network is asked too."""
-
-HEARD = 0.9
-"""How sure the network has to be of feedback that the rules do not read, or not in full."""
 
 LONG = 20
 """Chunks of an utterance that is too long for the rules to have the last word."""
@@ -156,27 +155,45 @@ def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None)
 
 
 def feedback(
-    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None, rules: F.Reading | None
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None, instruction: Reader
 ) -> F.Reading | None:
-    """Feedback as the rules read it, or as the network does where it is surer; None where it is none.
+    """Feedback as the rules or the network read it, whichever is likelier meant; None where it is none.
 
     Args:
         text: As it was said or typed.
         scene: Whose objects it may name.
         before: The frames that it may be about.
         positions: The path (N, 3) [m], or None.
-        rules: The edits that the rules read, or None where they take it for no feedback.
+        instruction: Reads the utterance as an instruction, by itself or after some frames.
     """
-    reader = learned_reader() if before else None
+    from ovita.instruct.looking_back import looks_back, weighed
+
+    found, heard = overheard(text, scene, before, positions, instruction)
+    if heard is None:
+        return found.reading if looks_back(found) else None
+    return weighed(found, heard)
+
+
+def overheard(
+    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None, instruction: Reader
+) -> tuple[Retrospect, Hearing | None]:
+    """An utterance as feedback and as an instruction by the rules, and what the network says if it has to be asked."""
+    from ovita.instruct.feedback import retrospect
+    from ovita.instruct.looking_back import Hearing
+
+    text = repaired(text, scene, positions)
     said, _ = chunks(text, scene, positions)
-    rules = None if rules is None else in_units(rules, said, positions)
-    if reader is None or (rules is not None and (rules.question or not rules.unread)):
-        return rules
-    learned = in_units(reader.reading(reader.hear(text, scene, positions, before)), said, positions)
+    found = retrospect(text, scene, before, positions, instruction)
+    edits = in_units(found.reading, said, positions).edits
+    found = replace(found, best=replace(found.best, edits=edits))
     guessed = all(chunk.kind in UNKNOWN for chunk in said)
-    if guessed or learned.question or all(isinstance(edit, Also) for edit in learned.edits):
-        return rules
-    return learned if learned.confidence >= HEARD else rules
+    reader = None if found.plain or guessed or not before else learned_reader()
+    if reader is None:
+        return found, None
+    heard = reader.hear(text, scene, positions, before)
+    learned, alone = in_units(reader.reading(heard), said, positions), reader.read(text, scene, positions)
+    total, _ = (heard.weigh(edits) if edits else None) or (-math.inf, 0.0)
+    return found, Hearing(learned, alone, total)
 
 
 def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading:

@@ -11,6 +11,7 @@ from typing import Any
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.editing import scale_of
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import DIRECTIONS, EDITS, FRAMES
 from ovita.paths.part import WHOLE, PathPart, outside
@@ -483,9 +484,4 @@ def _inherited(amount: F.Quantity, previous: Sequence[F.SemanticFrame], slot: st
     known = [q for frame in reversed(previous) for q in [frame.quantities.get(slot), *frame.quantities.values()] if q]
     if not known:
         return amount
-    number = known[0].said.lstrip("~+-").rstrip("abcdefghijklmnopqrstuvwxyz%/^2")
-    try:
-        factor = abs(known[0].value) / float(number) if float(number) else 1.0
-    except ValueError:
-        factor = 1.0
-    return replace(amount, value=amount.value * factor, unit=known[0].unit)
+    return replace(amount, value=amount.value * scale_of(known[0]), unit=known[0].unit)
