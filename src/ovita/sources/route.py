@@ -273,10 +273,19 @@ class _Besides:
         wanted = DEMANDS & {*words} or phrase.shares["wish"] + phrase.shares["wait"] > (
             ASKS_STRANGELY if strange else ASKS
         )
-        if phrase.measured or turned or phrase.tells_a_side or (told and wanted):
+        if told and self._asks_surely(phrase):
+            self._wish(phrase)
+        elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
             self.left.append(said)
         elif len(words) > 2 and told:
             self.passed[said] = "asking for nothing"
+
+    def _asks_surely(self, phrase: WayPhrase) -> bool:
+        """Whether the readers of instructions are sure of what words without a role ask for."""
+        heard = wishes_of(bare(self.way.resolved(phrase)), self.way.text.scene)
+        frames = _frames(heard)
+        kinds = all(isinstance(frame, Clearance | Figure | Height | Pace) for frame in frames)
+        return bool(frames) and kinds and all(w.outcome == "do" and not w.unused and not w.doubts for w in heard)
 
     def _wish(self, phrase: WayPhrase) -> None:
         """A wish as any instruction, where it is not about planning: a pace, a height, how a place is come to."""
@@ -297,6 +306,7 @@ class _Besides:
             heard = [on_part(wish, "after", place) for wish in heard]
             if any(isinstance(frame, Pace) for frame in _frames(heard)):
                 self.wishes = [on_part(wish, "before", place) for wish in self.wishes]
+        heard = self._with_places(phrase, heard)
         frames = _frames(heard)
         if any(isinstance(f, Figure) for f in frames) and (joined := self.way.joined(phrase)):
             self.left.append(joined)
@@ -312,7 +322,7 @@ class _Besides:
         """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
         heard = [part for wish in heard for part in level_apart(wish) if not self._of_an_end(phrase, part)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
-        height = next(iter(levels.values())).height if levels else None
+        height = next((level.height for level in levels.values() if not level.beyond), None)
         rings = [ring for w in heard for f in w.frames if (ring := self._ring(phrase, w, f, height)) is not None]
         self.rings += rings
         if not levels or (self.level is not None and not rings):
@@ -320,6 +330,20 @@ class _Besides:
         if not rings:
             self.level = next(iter(levels.values()))
         return [wish for wish in heard if id(wish) not in levels]
+
+    def _with_places(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
+        """The wishes with where a figure is that tells no place: "then" behind all places says that it is at the goal."""
+        first, words = phrase.pieces.start, self.way.text.words
+        then = "then" in words[max(first - 2, 0) : first + 2]
+        last = then and all(stop.phrase.span < phrase.span for stop in self.way.stops if stop.place)
+
+        def placed(frame: SemanticFrame) -> SemanticFrame:
+            if not isinstance(frame, Figure) or frame.place or frame.part != WHOLE or frame.shape in ("zigzag", "wave"):
+                return frame
+            middle = "middle" if frame.shape == "circle" else ""
+            return replace(frame, place="goal" if last else middle)
+
+        return [wish.with_frames(map(placed, wish.frames)) for wish in heard]
 
     def _of_an_end(self, phrase: WayPhrase, wish: Wish) -> bool:
         """Whether a height is that of an end of the way: "and end in front of the cup at a height of 1.5 m"."""
@@ -417,7 +441,7 @@ class _Besides:
             others = tuple(name for name in frame.objects if not self.way.ends_at([name]))
             return replace(frame, objects=others or frame.objects)
 
-        return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
+        return wish.with_frames(map(kept, wish.frames))
 
     def _kept_alone(self, phrase: WayPhrase) -> Wish | None:
         """The distance that is all that a phrase tells, kept from its object, or from what is passed: "50 cm away"."""

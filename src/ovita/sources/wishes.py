@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -64,21 +64,28 @@ class Wish:
 
     def without(self, frames: Sequence[SemanticFrame]) -> Wish:
         """The wish but for some frames, which are seen to otherwise."""
-        kept = tuple(frame for frame in self.frames if frame not in frames)
-        return replace(self, reading=replace(self.reading, frames=kept))
+        return self.with_frames(frame for frame in self.frames if frame not in frames)
+
+    def with_frames(self, frames: Iterable[SemanticFrame]) -> Wish:
+        """The wish with other frames."""
+        return replace(self, reading=replace(self.reading, frames=tuple(frames)))
 
 
 @dataclass(frozen=True)
 class Level:
-    """A height over the ground to go at between the ends of the way.
+    """A height to go at between the ends of the way.
 
     Args:
-        height: [m].
+        height: Over the ground, or what the way is to be higher or lower by [m]; None where that is left open.
         least: Whether higher is as good.
+        beyond: Whether it is higher than both ends, or lower, by the height; "" for a height over the ground.
+        halfway: Whether it is that of the middle of the way only.
     """
 
-    height: float
-    least: bool
+    height: float | None
+    least: bool = False
+    beyond: Literal["", "up", "down"] = ""
+    halfway: bool = False
 
 
 def bare(said: str) -> str:
@@ -228,17 +235,25 @@ HEARD = 0.72
 
 def level_of(heard: Sequence[Wish]) -> Level | None:
     """The height over the ground at which the whole way is to go, if that is all that is asked for."""
-    if len(heard) != 1 or heard[0].outcome != "do" or len(heard[0].frames) != 1:
+    if len(heard) != 1 or len(heard[0].frames) != 1:
         return None
-    (frame,) = heard[0].frames
+    (frame,), plain = heard[0].frames, not (heard[0].doubts or heard[0].unused)
+    if isinstance(frame, Shift) and frame.part == WHOLE and len(frame.offset) == 1 and plain:
+        (direction, far), *_ = frame.offset
+        if direction not in ("up", "down") or (far is not None and far.unit != "m"):
+            return None
+        return Level(None if far is None else far.value, beyond="up" if direction == "up" else "down")
+    if heard[0].outcome != "do":
+        return None
     if not isinstance(frame, Height) or frame.of or frame.part != WHOLE or frame.level.role not in ("to", "at_least"):
         return None
-    return Level(frame.level.value, frame.level.role == "at_least")
+    told = heard[0].height
+    return Level(frame.level.value, frame.level.role == "at_least", halfway=told is not None and told.halfway)
 
 
 def level_apart(wish: Wish) -> list[Wish]:
     """A wish with the height of the whole way that it holds besides as one of its own."""
-    alone = [replace(wish, reading=replace(wish.reading, frames=(frame,))) for frame in wish.frames]
+    alone = [wish.with_frames((frame,)) for frame in wish.frames]
     levels = [one for one in alone if level_of([one]) is not None]
     return [wish.without(levels[0].frames), *levels] if len(levels) == 1 < len(alone) else [wish]
 
@@ -250,8 +265,7 @@ def open_ended(frame: SemanticFrame) -> bool:
 
 def without_going_on(wish: Wish) -> Wish:
     """A wish without what only goes on."""
-    kept = tuple(frame for frame in wish.frames if not open_ended(frame))
-    return replace(wish, reading=replace(wish.reading, frames=kept))
+    return wish.with_frames(frame for frame in wish.frames if not open_ended(frame))
 
 
 def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
@@ -259,7 +273,7 @@ def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
     part = PathPart(kind, places=(place,))
     varied = (isinstance(f, Pace) and f.part == WHOLE and f.change in ("faster", "slower", "set") for f in wish.frames)
     frames = (replace(f, part=part) if here else f for f, here in zip(wish.frames, varied, strict=True))
-    return replace(wish, reading=replace(wish.reading, frames=tuple(frames)))
+    return wish.with_frames(frames)
 
 
 def without_twins(wishes: Sequence[Wish]) -> list[Wish]:

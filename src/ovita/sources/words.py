@@ -284,8 +284,7 @@ def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajec
         share = frame.place.value if isinstance(frame.place, Quantity) else 0.5
         return replace(frame, place=Quantity(begin + share * (end - begin), "%", "at"))
 
-    frames = tuple(map(whole, wish.frames))
-    return replace(wish, reading=replace(wish.reading, frames=frames))
+    return wish.with_frames(map(whole, wish.frames))
 
 
 def _where_passed(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
@@ -299,7 +298,7 @@ def _where_passed(wish: Wish, route: Route, request: PlanRequest, path: Trajecto
         nearest = float(path.arc_length[int(far.argmin())] / path.arc_length[-1])
         return frame if abs(nearest - share) < SAME else replace(frame, place=Quantity(share, "%", "at"))
 
-    return replace(wish, reading=replace(wish.reading, frames=tuple(map(there, wish.frames))))
+    return wish.with_frames(map(there, wish.frames))
 
 
 SAME = 0.02
