@@ -49,15 +49,17 @@ class WayTold:
         ends = (place for place in (self.start, self.goal) if place is not None)
         return any(item.name in names for place in ends for item in place.objects)
 
-    def resolved(self, phrase: WayPhrase, *, passed: bool = False) -> str:
+    def resolved(self, phrase: WayPhrase, *, passed: bool = False, circled: str | None = None) -> str:
         """The words of a phrase, with the object that is meant for "it": "30 cm clearance from it".
 
         Args:
             phrase: Of the sentence.
             passed: Whether it is what the way passes that is meant, where that is one object.
+            circled: The object that is circled, which is meant then where nothing else is passed.
         """
         text, said = self.text, ""
         one = self._passed_alone(phrase) if passed else None
+        one = Location(objects=(text.scene[circled],)) if passed and one is None and circled else one
         for k in phrase.pieces:
             begin, end = text.pieces[k].span
             before = text.words[max(k - 2, 0) : k]

@@ -104,7 +104,8 @@ def _around(
     legs = [ring.index + 1] if ring.index is not None else range(1, len(anchors))
     middle, best = plane @ item.position, None
     for k in legs:
-        if anchors[k - 1].label == anchors[k].label:  # within another ring
+        apart = float(np.linalg.norm(anchors[k].position - anchors[k - 1].position))
+        if anchors[k - 1].label == anchors[k].label and apart > 0.0:  # within another ring
             continue
         one, other = (plane @ anchors[n].position - middle for n in (k - 1, k))
         for sense in _senses(ring):

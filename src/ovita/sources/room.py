@@ -7,16 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovita.instruct.frames import Approach, Clearance, Quantity, SemanticFrame
 from ovita.instruct.lexicon import Scale
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
-from ovita.sources.planner import PlanRequest, anchored
+from ovita.sources.planner import anchored
 from ovita.sources.rings import Ring, ringed
 from ovita.sources.route import Route
-from ovita.sources.wishes import Level, Wish
+from ovita.sources.wishes import Level
 from ovita.text import number
 
 
@@ -58,29 +57,6 @@ def _across(item: SceneObject, side: Array, far: float, scene: Scene) -> Array:
     room[_vertical(item, scene.frame.direction("up")) > 0.0] = OVER
     room[along] = 0.0
     return np.asarray(room)
-
-
-def kept_clear(wish: Wish, request: PlanRequest) -> Wish:
-    """A wish to keep farther from objects as one for a distance: of a way that is planned there is no nearer one.
-
-    Where no distance is told, it is one that suits the way and leaves its ends where they are.
-    """
-    robot, ends = request.robot, np.stack([request.start.position, request.goal.position])
-    least, scale = robot.radius + robot.obstacle_margin, Scale(float(np.linalg.norm(np.ptp(request.corners, axis=0))))
-
-    def kept(frame: SemanticFrame) -> SemanticFrame:
-        if not isinstance(frame, Approach) or frame.sense != "farther":
-            return frame
-        far = frame.by
-        if far is None:
-            free = min(float(request.scene[name].clearance(ends).min()) for name in frame.objects)
-            wanted = least + scale.step(frame.degree or "moderate")
-            far = Quantity(float(f"{min(wanted, max(free, least)):.2g}"), "m")
-        if far.unit not in ("m", ""):
-            return frame
-        return Clearance(part=frame.part, objects=frame.objects, distance=replace(far, role="at_least"))
-
-    return wish.with_frames(map(kept, wish.frames))
 
 
 OVER = 1.0

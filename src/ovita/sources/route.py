@@ -13,12 +13,27 @@ from itertools import zip_longest
 
 import numpy as np
 
-from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.frames import (
+    Clearance,
+    Figure,
+    Height,
+    Pace,
+    Quantity,
+    Reading,
+    Resample,
+    SemanticFrame,
+    Shift,
+    Smooth,
+    StopAt,
+    Straighten,
+    Trim,
+    Wait,
+)
 from ovita.instruct.lexicon import is_filler, is_known
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
-from ovita.sources.phrases import CARRIERS, TOUCHING, WayPhrase
+from ovita.sources.phrases import CARRIERS, TOUCHING, WAY, WayPhrase
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
@@ -149,7 +164,7 @@ def read_route(sentence: str, scene: Scene) -> Route:
         names=tuple(scene.names),
         fastest=asked.fastest,
         level=asked.level,
-        rings=tuple(asked.rings),
+        rings=tuple(_kept_off(ring, asked.wishes) for ring in asked.rings),
         barred=tuple(asked.barred),
         doubts=(*unsure, *(f"Nothing is done about {quoted([words])}." for words in asked.left)),
     )
@@ -189,6 +204,13 @@ def _apart(place: Location, wishes: Sequence[Wish]) -> Location:
     if not least or place.distance is not None or place.relation not in (*SIDES, "over"):
         return place
     return replace(place, distance=least[0])
+
+
+def _kept_off(ring: Ring, wishes: Sequence[Wish]) -> Ring:
+    """A ring of no width around an object as far from it as is to be kept: "circle the mast, half a metre from it"."""
+    kept = (frame for frame in _frames(wishes) if isinstance(frame, Clearance) and frame.part == WHOLE)
+    least = [f.distance.value for f in kept if ring.figure.place in f.objects and f.distance.role == "at_least"]
+    return replace(ring, gap=max(least)) if least and ring.radius is None and ring.gap is None else ring
 
 
 class _Besides:
@@ -231,7 +253,14 @@ class _Besides:
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
+        elif phrase.role in WAY and phrase.classes & {*TURNING} and not self._tells_a_stop(phrase):
+            self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
+
+    def _tells_a_stop(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase tells a place, that the way leads back, or what is lacking."""
+        own = (stop for stop in self.way.stops if stop.phrase is phrase)
+        return any(stop.place or stop.back or stop.lacking for stop in own)
 
     def _carries(self, phrase: WayPhrase) -> bool:
         """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
@@ -332,7 +361,7 @@ class _Besides:
         return [wish for wish in heard if id(wish) not in levels]
 
     def _with_places(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
-        """The wishes with where a figure is that tells no place: "then" behind all places says that it is at the goal."""
+        """The wishes with where a figure is that tells no place: "then" behind all places makes it the goal."""
         first, words = phrase.pieces.start, self.way.text.words
         then = "then" in words[max(first - 2, 0) : first + 2]
         last = then and all(stop.phrase.span < phrase.span for stop in self.way.stops if stop.place)
@@ -409,13 +438,29 @@ class _Besides:
     def _take(self, phrase: WayPhrase, heard: Sequence[Wish]) -> None:
         """Keep what was heard; nothing is done about what comes to nothing, unless it says what is carried."""
         carried = phrase.words[0] in CARRIERS and self.way.leads_to_a_place(phrase)
-        for wish in heard:
-            if wish.outcome != "decline":
+        for whole in heard:
+            wish = self._not_seen_to(phrase, whole)
+            if wish is None:
+                self.passed[whole.text] = "what is done anyway"
+            elif wish.outcome != "decline":
                 self.wishes.append(wish)
             elif carried and not (wish.frames or wish.unused or phrase.amounts):
                 self.passed[wish.text] = "asking for nothing"  # "take dirty sheets from the door"
             else:
                 self.left.append(wish.text)
+
+    def _not_seen_to(self, phrase: WayPhrase, wish: Wish) -> Wish | None:
+        """A wish without what a plan does anyway, as going straight, and without waypoints left out beside a speed."""
+        passing = any(stop.role == "via" for stop in self.way.stops)
+        sure = wish.outcome == "do" or "never" in phrase.classes  # "no sudden moves"
+        paced = any(isinstance(frame, Pace) for frame in wish.frames)
+
+        def idle(frame: SemanticFrame) -> bool:
+            anyway = isinstance(frame, Straighten) or (isinstance(frame, Smooth) and not passing)
+            return (anyway and sure and frame.part == WHOLE) or (paced and isinstance(frame, Trim | Resample))
+
+        kept = [frame for frame in wish.frames if not idle(frame)]
+        return wish.with_frames(kept) if kept or not wish.frames else None
 
     def _heard(self, phrase: WayPhrase) -> list[Wish]:
         """What a wish comes to; one that lacks an object is about the one that was only mentioned before it."""
@@ -425,12 +470,19 @@ class _Besides:
             return [kept]
         heard = [self._without_ends(wish) for wish in wishes_of(said, text.scene)]
         if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
-            heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
+            heard = wishes_of(bare(self.way.resolved(phrase, passed=True, circled=self._circled())), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
+        if (spot := self._spotted(phrase)) and not all(wish.outcome == "do" for wish in heard):
+            return wishes_of(bare(spot), text.scene)
         if meant is None or not self._passed_or_aside(meant):
             return heard
         again = wishes_of(f"{said} from {the(meant.objects[0].name)}", text.scene)
         return heard if any(wish.outcome == "ask" for wish in again) else again
+
+    def _spotted(self, phrase: WayPhrase) -> str:
+        """The words of a phrase with the thing that is meant by "there" at its end: "under the lamp, slow there"."""
+        meant = self.way.text.meant_at(phrase.pieces.start) if phrase.words[-1] == "there" else None
+        return f"{phrase.said[: -len('there')]}near {the(meant.objects[0].name)}" if meant is not None else ""
 
     def _without_ends(self, wish: Wish) -> Wish:
         """A distance from everything as one from all but where the way begins and ends."""

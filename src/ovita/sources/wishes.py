@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ovita.instruct.frames import (
+    Approach,
     Clearance,
     Extend,
     Figure,
@@ -18,6 +19,7 @@ from ovita.instruct.frames import (
     SemanticFrame,
     Shift,
     Smooth,
+    StopAt,
     Wait,
     same,
 )
@@ -29,7 +31,7 @@ from ovita.sources.heights import HeightTold, height_in
 from ovita.sources.laps import Lap, lap_in
 from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
-TIES, ONWARD, COURTESIES = map(way_words, ("tie", "onward", "courtesy"))
+TIES, ONWARD, COURTESIES, MOVED = map(way_words, ("tie", "onward", "courtesy", "moved"))
 STARTING, FINISHING, HOLDING = map(way_words, ("set off", "come in", "holding"))
 
 
@@ -165,13 +167,45 @@ def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
 def read_wish(said: str, scene: Scene) -> Wish:
     """What a phrase comes to as a whole: a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
+    verdict = replace(verdict, unused=tuple(word for word in verdict.unused if not _told(word, verdict.reading)))
+    open_words = [word for word in verdict.unused if not _paced(word, verdict.reading)]
     upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
-    plain = verdict.by == "both" or not verdict.unused
+    plain = verdict.by == "both" or not open_words
     doubts = () if _moderate(said, verdict) else verdict.doubts
     sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
-    return _at_an_end(_with_pace(Wish(said, outcome, verdict.reading, verdict.unused, doubts)))
+    return _at_an_end(_with_pace(_rising(Wish(said, outcome, verdict.reading, verdict.unused, doubts))))
+
+
+def _rising(wish: Wish) -> Wish:
+    """A spiral that its words say to rise, by no amount yet: "let it rise in a spiral"."""
+    rising = [word for word in wish.unused if term_at([word.lower()], 0)[0] == "up"]
+    spiral = len(wish.frames) == 1 and isinstance(wish.frames[0], Figure) and wish.frames[0].shape == "spiral"
+    if not (rising and spiral) or wish.doubts:
+        return wish
+    unused = tuple(word for word in wish.unused if word not in rising)
+    outcome: Outcome = wish.outcome if unused else "do"
+    risen = (replace(frame, rise=Quantity(1.0)) for frame in wish.frames if isinstance(frame, Figure))
+    return replace(wish.with_frames(risen), unused=unused, outcome=outcome)
+
+
+def _told(word: str, reading: Reading) -> bool:
+    """Whether a word that a reader leaves out tells what is read, or only what is moved: "let the camera wave"."""
+    shapes = {frame.shape for frame in reading.frames if isinstance(frame, Figure)}
+    kind = term_at([word.lower()], 0)[0]
+    return word.lower() in MOVED or kind in shapes or (kind in WAVY and not WAVY.isdisjoint(shapes))
+
+
+WAVY = frozenset(("wave", "waves", "zigzag"))
+"""Classes of words, and figures, that go from side to side."""
+
+
+def _paced(word: str, reading: Reading) -> bool:
+    """Whether a word that a reader leaves out tells a speed where none is read, see `_with_pace`."""
+    return term_at([word.lower()], 0)[0] in ("slower", "faster") and not any(
+        isinstance(frame, Pace) for frame in reading.frames
+    )
 
 
 def _with_pace(wish: Wish) -> Wish:
@@ -277,15 +311,29 @@ def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
 
 
 def without_twins(wishes: Sequence[Wish]) -> list[Wish]:
-    """Wishes but for a change of speed, or a wait, by no amount that another one tells: "take it easy, half speed"."""
+    """Wishes but for what another one tells as well, as exactly or by an amount: "take it easy, half speed"."""
     told = [_subject(frame) for wish in wishes for frame in wish.frames if frame.quantities]
+    found, known = list[Wish](), list[SemanticFrame]()
+    for wish in wishes:
+        kept = [frame for frame in wish.frames if frame not in known and not _twin(frame, told)]
+        known += kept
+        found += [wish.with_frames(kept)] if kept or not wish.frames else []
+    return found
 
-    def twin(frame: SemanticFrame) -> bool:
-        return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
-    return [wish for wish in wishes if not wish.frames or not all(map(twin, wish.frames))]
+def _twin(frame: SemanticFrame, told: Sequence[object]) -> bool:
+    """Whether a frame tells by no amount what another one tells: a speed, a stop where there is a wait, a distance."""
+    if isinstance(frame, StopAt):
+        return ("wait", frame.place) in told
+    if isinstance(frame, Approach):
+        return frame.sense == "farther" and ("clear", frame.objects) in told
+    return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
 
 def _subject(frame: SemanticFrame) -> object:
-    """What a change of speed or a wait is about, whatever its amount."""
-    return (frame.change, frame.part) if isinstance(frame, Pace) else getattr(frame, "place", None)
+    """What a change of speed, a wait or a distance is about, whatever its amount."""
+    if isinstance(frame, Pace):
+        return frame.change, frame.part
+    if isinstance(frame, Clearance):
+        return "clear", frame.objects
+    return ("wait", frame.place) if isinstance(frame, Wait) else None
