@@ -75,9 +75,11 @@ def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
 
 def _leads(text: Text, phrase: WayPhrase, rest: Sequence[WayPhrase]) -> bool:
     """Whether a phrase leads to a place that no other names, and is no mere spot of a wish: "on to the raft"."""
-    if phrase.role != "goal" or phrase.shares["goal"] < LEADING or LEADS.isdisjoint(phrase.words[:4]):
+    onward = phrase.role == "via" and "on" in phrase.words[:4]
+    ends = phrase.role == "goal" and phrase.shares["goal"] > LEADING
+    if not (onward or ends) or LEADS.isdisjoint(phrase.words[:4]):
         return False
-    elsewhere = [place.objects for other in rest for place, _ in places_among(text, other.pieces)]
+    elsewhere = [place.objects for other in rest if other.role in WAY for place, _ in places_among(text, other.pieces)]
     return all(place.objects not in elsewhere for place, _ in places_among(text, phrase.pieces))
 
 

@@ -344,7 +344,7 @@ _UNIT = r"(?:metre|meter|foot|feet|yard|second|minute|m|cm)"
 _ASIDES = tuple(
     (re.compile(pattern, re.IGNORECASE), kept)
     for pattern, kept in (
-        (r",? (?:like|i'd say|let's say),? (?=\d|half an? |an? (?:half|good )?" + _UNIT + r"\b)", " "),
+        (r"(,?) (?:like|i'd say|let's say),? (?=\d|half an? |an? (?:half|good )?" + _UNIT + r"\b)", r"\1 "),
         (r"\b(an?) (?:good|full|solid|whole|decent) (?=(?:half an? )?" + _UNIT + r"\b|\d)", r"\1 "),
         (r",? if (?:you (?:can|could|please|would|will|may|like|don't mind|wouldn't mind)|(?:at all )?possible"
          r"|it's (?:possible|ok|okay)|that's (?:possible|ok|okay))(?=[,.;!?]|$)", ""),

@@ -513,6 +513,9 @@ class _Besides:
         if not APART.issuperset(others) or meant is None or meant.unclear:
             return None
         if not self._passed_or_aside(meant):
+            circled = self._circled()
+            meant = Location(objects=(text.scene[circled],)) if circled else meant
+        if not self._passed_or_aside(meant):
             return None
         name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
         said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"

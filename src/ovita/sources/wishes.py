@@ -194,8 +194,14 @@ def _told(word: str, reading: Reading) -> bool:
     """Whether a word that a reader leaves out tells what is read, or only what is moved: "let the camera wave"."""
     shapes = {frame.shape for frame in reading.frames if isinstance(frame, Figure)}
     kind = term_at([word.lower()], 0)[0]
+    along = {direction for frame in reading.frames if isinstance(frame, Shift) for direction, _ in frame.offset}
+    if HEIGHTS.get(word.lower(), "") in along:
+        return True
     return word.lower() in MOVED or kind in shapes or (kind in WAVY and not WAVY.isdisjoint(shapes))
 
+
+HEIGHTS = {"high": "up", "up": "up", "low": "down", "down": "down"}
+"""Words that tell to go higher or lower once more: "stay up high"."""
 
 WAVY = frozenset(("wave", "waves", "zigzag"))
 """Classes of words, and figures, that go from side to side."""
