@@ -113,7 +113,12 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     low = any(isinstance(frame, Hover) and frame.by is None for frame in frames)  # a wait over what is passed
     waits = sum(isinstance(frame, Wait) for frame in frames)
     compound = any(frame.part.parts for frame in frames)
-    if not (low or compound) and waits in (0, len(frames)) and all(isinstance(frame, READ) for frame in frames):
+    split = any(phrase.role in WAY for phrase in inside) and "," in text.words[said[0] : said[-1]]
+    if (
+        not (low or compound or split)
+        and waits in (0, len(frames))
+        and all(isinstance(frame, READ) for frame in frames)
+    ):
         role: Role = "wait" if waits else "wish"
         return replace(whole, role=role, shares=none | {role: 1.0})
     return None

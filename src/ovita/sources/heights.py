@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 
-from ovita.instruct.lexicon import amount_at, and_a_half, term_at
+from ovita.instruct.lexicon import amount_at, term_at
 from ovita.instruct.objects import WORD
 from ovita.sources.places import phrase_at, way_words
 
@@ -57,8 +57,6 @@ def height_in(said: str, mentions: Callable[[str], bool]) -> HeightTold | None:
         end = k + amount.used if amount is not None else end
         if amount is None or amount.unit != "m":
             continue
-        half = and_a_half(words, end) if words[end - 1] in ("metre", "meter") else 0  # "a metre and a half"
-        height, end = amount.value + 0.5 * (half > 0), end + half
         raised = phrase_at(words, end, RAISED)[1]
         halfway = phrase_at(words, end + raised, HALFWAY)[1]
         last, arrived = _closing(words, end + raised + halfway, mentions)
@@ -75,7 +73,7 @@ def height_in(said: str, mentions: Callable[[str], bool]) -> HeightTold | None:
             cut = found[begin].start(), found[last - 1].end()
             rest = f"{said[: cut[0]]} {said[cut[1] :]}".strip(" ,;")
             words_told = said[cut[0] : cut[1]]
-            return HeightTold(height, least > 0, words_told, rest, arrived, leads[3] > 0, halfway > 0)
+            return HeightTold(amount.value, least > 0, words_told, rest, arrived, leads[3] > 0, halfway > 0)
     return None
 
 

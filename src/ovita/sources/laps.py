@@ -78,7 +78,7 @@ class _LapReader:
             k += max(used, 1)
         if not (self.lapping or (self.rounding and self.turns is not None and self.name)):
             return None
-        single = any(phrase_at(words, k + 1 + (words[k + 1] in DEGREES), LAP)[1] for k in range(len(words) - 2)
+        single = any(phrase_at(words, k + 1 + (words[k + 1] in DEGREES), LAP)[1] for k in range(len(words) - 1)
                      if words[k] in ("a", "an", "another"))  # fmt: skip
         told = single or self.share is not None or self.turns is not None or self.wide is not None
         if (self.name and self.share is not None) or (not self.name and ("it" in words or not told)):

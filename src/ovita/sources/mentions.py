@@ -125,12 +125,13 @@ def barred_by(text: Text, phrase: WayPhrase) -> list[str]:
     return [place.objects[0].name for place in over]
 
 
-def mentioned(text: Text) -> list[str]:
-    """The objects that a sentence names, each on its own."""
-    names, k = list[str](), 0
+def mentioned(text: Text) -> list[tuple[str, str]]:
+    """The objects that a sentence names, each on its own, with the words that name it first."""
+    found, k = dict[str, str](), 0
     while k < len(text):
-        found = text.object_at(k)
-        if found is not None and not found[0].unclear:
-            names += [item.name for item in found[0].objects]
-        k = k + 1 if found is None else found[1]
-    return list(dict.fromkeys(names))
+        named = text.object_at(k)
+        if named is not None and not named[0].unclear:
+            words = text.text[text.pieces[named[1] - 1].span[0] : text.pieces[named[1] - 1].span[1]].lower()
+            found |= {item.name: words for item in named[0].objects if item.name not in found}
+        k = k + 1 if named is None else named[1]
+    return list(found.items())

@@ -348,6 +348,8 @@ _ASIDES = tuple(
         (r"\b(an?) (?:good|full|solid|whole|decent) (?=(?:half an? )?" + _UNIT + r"\b|\d)", r"\1 "),
         (r",? if (?:you (?:can|could|please|would|will|may|like|don't mind|wouldn't mind)|(?:at all )?possible"
          r"|it's (?:possible|ok|okay)|that's (?:possible|ok|okay))(?=[,.;!?]|$)", ""),
+        (r"\b(?:an?|one) (met(?:re|er)) and (?:a )?half\b", r"one and a half \1s"),
+        (r"\b(\w+) (met(?:re|er))s and (?:a )?half\b", r"\1 and a half \2s"),
         (r",? i (?:think|guess|suppose|reckon)(?=[,.;!?]|$)", ""),
         (r"\b((?:fast|slow|high|low|close|near|furth|farth)er|more|less) then\b", r"\1 than"),
     )

@@ -68,6 +68,8 @@ SURE = 0.6
 STARTING, FINISHING = map(way_words, ("starting", "finishing"))
 FASTEST, HASTE, DEMANDS, AGAIN = map(way_words, ("fastest", "haste", "demand", "as before"))
 APART, EVERYTHING = map(way_words, ("apart", "everything"))
+DISTANCE = frozenset(("clearance", "separation", "closer", "nearer", "distance", "standoff", "margin", "gap"))
+"""Words that say that an amount is a distance to keep, from all where no object is meant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -460,6 +462,8 @@ class _Besides:
             return (anyway and sure and frame.part == WHOLE) or (paced and isinstance(frame, Trim | Resample))
 
         kept = [frame for frame in wish.frames if not idle(frame)]
+        if kept and all(isinstance(frame, Smooth) for frame in kept) and "never" in phrase.classes:
+            wish = replace(wish, outcome="do", doubts=())  # "over the tray without any jerks"
         return wish.with_frames(kept) if kept or not wish.frames else None
 
     def _heard(self, phrase: WayPhrase) -> list[Wish]:
@@ -508,7 +512,8 @@ class _Besides:
         others = [word for k, word in enumerate(phrase.words) if k not in taken and word[0].isalnum()]
         if len(told) != 1 or not (APART | EVERYTHING).issuperset(others):
             return None
-        if own is None and not EVERYTHING.isdisjoint(others):
+        passed = self._circled() is not None or any(stop.role == "via" and stop.place for stop in self.way.stops)
+        if own is None and (not EVERYTHING.isdisjoint(others) or (not passed and not DISTANCE.isdisjoint(others))):
             return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least"))
         if not APART.issuperset(others) or meant is None or meant.unclear:
             return None
@@ -567,7 +572,7 @@ class _Besides:
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()
-        self.left += [item for item in mentioned(self.way.text) if item not in named and item.lower() not in said]
+        self.left += [item for item, words in mentioned(self.way.text) if item not in named and words not in said]
         asking = [wish.text for wish in self.wishes if wish.outcome == "ask" and len(self.wishes) > 1]
         self.left += [text for text in asking if len(text.split()) > MANNER]
 
@@ -582,7 +587,7 @@ def _behind_verb(phrase: WayPhrase) -> str:
     return " ".join(phrase.words[verb + 1 :])
 
 
-ASKS, ASKS_STRANGELY = 0.5, 0.18
+ASKS, ASKS_STRANGELY = 0.5, 0.28
 """How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
 
 MANNER = 2

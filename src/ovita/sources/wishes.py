@@ -169,10 +169,10 @@ def read_wish(said: str, scene: Scene) -> Wish:
     verdict = understand(said, scene)
     verdict = replace(verdict, unused=tuple(word for word in verdict.unused if not _told(word, verdict.reading)))
     open_words = [word for word in verdict.unused if not _paced(word, verdict.reading)]
-    upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
+    upright = all(isinstance(frame, Figure | Smooth | Clearance | Pace) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
     plain = verdict.by == "both" or not open_words
-    doubts = () if _moderate(said, verdict) else verdict.doubts
+    doubts = () if _moderate(said, verdict) or _kept_off(said, verdict) else verdict.doubts
     sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
     return _at_an_end(_with_pace(_rising(Wish(said, outcome, verdict.reading, verdict.unused, doubts))))
@@ -195,13 +195,20 @@ def _told(word: str, reading: Reading) -> bool:
     shapes = {frame.shape for frame in reading.frames if isinstance(frame, Figure)}
     kind = term_at([word.lower()], 0)[0]
     along = {direction for frame in reading.frames if isinstance(frame, Shift) for direction, _ in frame.offset}
-    if HEIGHTS.get(word.lower(), "") in along:
+    parts = {frame.part.kind for frame in reading.frames}
+    degrees = {frame.degree for frame in reading.frames}
+    if HEIGHTS.get(word.lower(), "") in along or ENDS.get(word.lower(), "") in parts:
+        return True
+    if kind == term_at(["very"], 0)[0] and "large" in degrees:
         return True
     return word.lower() in MOVED or kind in shapes or (kind in WAVY and not WAVY.isdisjoint(shapes))
 
 
 HEIGHTS = {"high": "up", "up": "up", "low": "down", "down": "down"}
 """Words that tell to go higher or lower once more: "stay up high"."""
+
+ENDS = {"first": "first", "start": "first", "beginning": "first", "last": "last", "end": "last", "finish": "last"}
+"""Words that tell a part of the way by its end."""
 
 WAVY = frozenset(("wave", "waves", "zigzag"))
 """Classes of words, and figures, that go from side to side."""
@@ -249,6 +256,13 @@ def _moderate(said: str, verdict: Understanding) -> bool:
     much = any(term_at(words, k)[0] == "never" and words[k + 1 : k + 2] in MUCH for k in range(len(words)))
     (frame, *more) = verdict.reading.frames or (None,)
     return much and not more and isinstance(frame, Pace) and frame.change == "slower"
+
+
+def _kept_off(said: str, verdict: Understanding) -> bool:
+    """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
+    kinds = [term_at([word], 0)[0] for word in said.lower().split()]
+    away = all(isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
+    return away and bool(verdict.reading.frames) and "never" in kinds and bool({"closer", "near"} & {*kinds})
 
 
 MUCH = (["too"], ["so"], ["very"], ["overly"])
