@@ -58,7 +58,7 @@ class WayTold:
             circled: The object that is circled, which is meant then where nothing else is passed.
         """
         text, said = self.text, ""
-        one = self._passed_alone(phrase) if passed else None
+        one = self.passed_alone(phrase) if passed else None
         one = Location(objects=(text.scene[circled],)) if passed and one is None and circled else one
         for k in phrase.pieces:
             begin, end = text.pieces[k].span
@@ -70,7 +70,7 @@ class WayTold:
             said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
         return said.strip()
 
-    def _passed_alone(self, phrase: WayPhrase) -> Location | None:
+    def passed_alone(self, phrase: WayPhrase) -> Location | None:
         """The one object that the way passes and that is told before a phrase, or None."""
         places = [stop.place for stop in self.passed_before(phrase) if stop.place and len(stop.place.objects) == 1]
         return places[0] if places and all(same_place(place, places[0]) for place in places) else None

@@ -250,8 +250,10 @@ class _Besides:
             self.left += [said] if phrase.role not in {stop.role for stop in self.way.stops if stop.place} else []
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
-            self._take(phrase, heard)
-        elif phrase.role == "wish" and not self._carries(phrase):
+            paced = phrase.role == "wait" and not phrase.amounts and all(isinstance(f, Pace) for f in _frames(heard))
+            self.passed |= {said: "asking for nothing"} if paced else {}
+            self._take(phrase, [] if paced else heard)  # "for a quick look"
+        elif phrase.role == "wish" and (self._asks_surely(phrase) or not self._carries(phrase)):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
@@ -301,9 +303,9 @@ class _Besides:
         told = [k for k, w in enumerate(words) if w.isalpha() and w not in TIES and not carries(words, k)]
         turned = phrase.classes & {"never", "correct"} and phrase.classes & {"over", "under", "front", "back", *TURNING}
         strange = any(not is_known(words[k]) for k in told)
-        wanted = DEMANDS & {*words} or phrase.shares["wish"] + phrase.shares["wait"] > (
-            ASKS_STRANGELY if strange else ASKS
-        )
+        doing = DOING & {*self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]}
+        asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
+        wanted = asked or DEMANDS & {*words} or (strange and doing)
         if told and self._asks_surely(phrase):
             self._wish(phrase)
         elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
@@ -512,16 +514,16 @@ class _Besides:
         others = [word for k, word in enumerate(phrase.words) if k not in taken and word[0].isalnum()]
         if len(told) != 1 or not (APART | EVERYTHING).issuperset(others):
             return None
-        passed = self._circled() is not None or any(stop.role == "via" and stop.place for stop in self.way.stops)
-        if own is None and (not EVERYTHING.isdisjoint(others) or (not passed and not DISTANCE.isdisjoint(others))):
+        if own is None and not EVERYTHING.isdisjoint(others):
             return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least"))
-        if not APART.issuperset(others) or meant is None or meant.unclear:
+        if not APART.issuperset(others) or (meant is not None and meant.unclear):
             return None
-        if not self._passed_or_aside(meant):
+        if meant is None or not self._passed_or_aside(meant):
             circled = self._circled()
-            meant = Location(objects=(text.scene[circled],)) if circled else meant
-        if not self._passed_or_aside(meant):
-            return None
+            meant = Location(objects=(text.scene[circled],)) if circled else self.way.passed_alone(phrase)
+        if meant is None or not self._passed_or_aside(meant):
+            far_from_all = own is None and not DISTANCE.isdisjoint(others)
+            return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least")) if far_from_all else None
         name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
         said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"
         return Wish(said, "do", Reading(frames=(Clearance(objects=(name,), distance=far),)))
@@ -586,6 +588,9 @@ def _behind_verb(phrase: WayPhrase) -> str:
     verb = next((k for k, word in enumerate(phrase.words) if word in FINITE), 0)
     return " ".join(phrase.words[verb + 1 :])
 
+
+DOING, BEFORE = frozenset(("do", "make", "perform", "execute", "draw")), 3
+"""With a word that nobody knows, these ask for something, so many words before it: "do a backflip"."""
 
 ASKS, ASKS_STRANGELY = 0.5, 0.28
 """How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""

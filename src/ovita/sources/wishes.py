@@ -104,7 +104,7 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
     told = height_in(said, lambda words: bool(mentioned_in(words, scene)))
     if told is None:
-        return _around(said, scene) or _onward(said, scene) or _apart(said, scene)
+        return _around(said, scene) or _onward(said, scene) or _above(said, _apart(said, scene), scene)
     role: Role = "at_least" if told.least else "to"
     level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
     rest = "" if HOLDING.issuperset(told.rest.lower().split()) else bare(told.rest)
@@ -131,6 +131,19 @@ def _lies_low(wish: Wish) -> bool:
     """Whether it only goes lower or higher by no amount, which a height tells that is told beside it."""
     shifts = [f.offset for f in wish.frames if isinstance(f, Shift) and f.part == WHOLE]
     return len(shifts) == len(wish.frames) == 1 and shifts[0] in ((("down", None),), (("up", None),))
+
+
+def _above(said: str, heard: list[Wish], scene: Scene) -> list[Wish]:
+    """What was heard, with a figure that is told over a thing as one at it: "a small spiral over the bin"."""
+    shapes = [frame.shape for wish in heard for frame in wish.frames if isinstance(frame, Figure)]
+    if not shapes or all(wish.outcome == "do" for wish in heard):
+        return heard
+    again = _apart(" ".join("at" if word.lower() in MADE_AT else word for word in said.split()), scene)
+    return again if all(wish.outcome == "do" and wish.frames for wish in again) else heard
+
+
+MADE_AT = frozenset(("over", "above", "around", "round"))
+"""With a figure, these tell where it is made and not what it leads over."""
 
 
 def _onward(said: str, scene: Scene) -> list[Wish]:
