@@ -300,3 +300,17 @@ def test_asides_around_an_amount_ask_for_nothing(said):
     made = made_of(f"From the shed to the bench, {said}")
     path = made.adaptation.adapted.resample(500, by="arc_length").positions
     assert made.status in ("done", "limited") and YARD["tower"].clearance(path).min() >= 0.3 - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("said", "change", "part"),
+    [
+        ("Start slowly at the shed and go to the bench", "slower", "first"),
+        ("From the shed, past the tower, sprint to the bench", "faster", "after"),
+        ("From the shed past the tower, then speed up to the bench", "faster", "after"),
+        ("Start from the shed, come in slowly at the bench", "slower", "last"),
+    ],
+)
+def test_how_a_place_is_come_to_is_a_speed_there(said, change, part):
+    (frame,) = (frame for wish in read_route(said, YARD).wishes for frame in wish.frames)
+    assert frame.change == change and frame.part.kind in (part, "whole")

@@ -119,7 +119,35 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
-    return found
+    return _with_manners(text, found)
+
+
+def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with words that tell how fast a place is come to as wishes: "then | slowly | to the cup"."""
+    found = list[WayPhrase]()
+    for phrase in phrases:
+        rest = [phrase]
+        named = {k for _, pieces in places_among(text, phrase.pieces) for k in pieces}
+        manners = [k for k in phrase.pieces if k not in named and term_at(text.words, k)[0] in MANNERS]
+        if named and phrase.role in WAY and not phrase.reasons:
+            for k in manners:
+                *before, last = rest
+                if k in last.pieces:
+                    rest = [*before, *around(text, last, _manner(text, k))]
+            none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
+            rest += [part_of(text, replace(phrase, role="wish", shares=none), _manner(text, k)) for k in manners]
+        found += rest
+    return sorted(found, key=lambda phrase: phrase.span)
+
+
+def _manner(text: Text, k: int) -> range:
+    """A word that tells how fast, with the one that says at which end of the way: "start slowly | at the bed"."""
+    verbs = (n for n in range(max(k - 3, 0), k) if phrase_at(text.words[:k], n, SET_OFF | COME_IN)[1] == k - n)
+    return range(next(verbs, k), k + 1)
+
+
+MANNERS = frozenset(("slower", "faster", "creep", "zigzag", "waves", "wave"))
+"""Classes of words that tell how a place is come to."""
 
 
 def _with_side(text: Text, phrases: Sequence[WayPhrase], side: SeenSide) -> list[WayPhrase]:
