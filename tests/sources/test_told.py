@@ -314,3 +314,23 @@ def test_asides_around_an_amount_ask_for_nothing(said):
 def test_how_a_place_is_come_to_is_a_speed_there(said, change, part):
     (frame,) = (frame for wish in read_route(said, YARD).wishes for frame in wish.frames)
     assert frame.change == change and frame.part.kind in (part, "whole")
+
+
+def test_a_way_does_not_lead_back_to_a_speed():
+    assert read_route("Shed to gate, slow near the tower, then back to normal speed", YARD).goal.label == "the gate"
+    assert read_route("From the shed to the gate and back at full speed", YARD).goal.label == "the shed"
+
+
+def test_what_a_clause_across_a_comma_passes_is_passed():
+    route = read_route("From the pad to the gate, between the tower and the bench, quite slowly there", YARD)
+    assert [place.label for place in route.via] == ["between the tower and the bench"]
+
+
+def test_a_distance_without_a_thing_is_kept_from_all_but_the_ends():
+    (frame,) = (f for w in read_route("From the shed to the bench, clearance 20 cm", YARD).wishes for f in w.frames)
+    assert frame.objects == ("tower", "gate", "pad") and frame.distance.value == 0.2
+
+
+def test_a_quick_look_is_no_speed():
+    route = read_route("Shed to gate, swing by the tower for a quick look, slowly", YARD)
+    assert [frame.change for wish in route.wishes for frame in wish.frames] == ["slower"]

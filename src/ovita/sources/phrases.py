@@ -112,8 +112,7 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         inside = [k for k, piece in enumerate(text.pieces) if begin <= piece.span[0] < end]
         pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
         words = tuple(text.words[k] for k in pieces)
-        role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
-        phrase = WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
+        phrase = WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
         found.append(phrase)
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
@@ -164,12 +163,6 @@ def around(text: Text, phrase: WayPhrase, pieces: range) -> list[WayPhrase]:
         return [phrase]
     parts = range(phrase.pieces.start, pieces.start), range(pieces.stop, phrase.pieces.stop)
     return [part_of(text, phrase, part) for part in parts if any(text.words[k][0].isalnum() for k in part)]
-
-
-def _heeds(words: Sequence[str]) -> bool:
-    """Whether a phrase is about something to keep clear of: "and mind the lamp"."""
-    first = next((k for k, word in enumerate(words) if word not in TIES), 0)
-    return bool(phrase_at(words, first, HEED)[1])
 
 
 def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:

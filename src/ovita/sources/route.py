@@ -22,7 +22,6 @@ from ovita.instruct.frames import (
     Reading,
     Resample,
     SemanticFrame,
-    Shift,
     Smooth,
     StopAt,
     Straighten,
@@ -244,15 +243,13 @@ class _Besides:
     def _hear(self, phrase: WayPhrase, following: WayPhrase | None, denied: bool) -> bool:
         """Take up one phrase; whether the one behind it was heard with it."""
         said, joined = phrase.said.strip(" ,;.:"), False
-        if self._excused(phrase, said, denied):
+        if self._excused(phrase, said, denied) or self._looks(phrase, said):
             return False
         if denied:
             self.left += [said] if phrase.role not in {stop.role for stop in self.way.stops if stop.place} else []
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
-            paced = phrase.role == "wait" and not phrase.amounts and all(isinstance(f, Pace) for f in _frames(heard))
-            self.passed |= {said: "asking for nothing"} if paced else {}
-            self._take(phrase, [] if paced else heard)  # "for a quick look"
+            self._take(phrase, heard)
         elif phrase.role == "wish" and (self._asks_surely(phrase) or not self._carries(phrase)):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
@@ -260,6 +257,14 @@ class _Besides:
         elif phrase.role in WAY and phrase.classes & {*TURNING} and not self._tells_a_stop(phrase):
             self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
+
+    def _looks(self, phrase: WayPhrase, said: str) -> bool:
+        """Whether a phrase tells what for, and no speed: "swing by the tower for a quick look"."""
+        stays = phrase.role in ("wait", "wish") and phrase.words[:2] == ("for", "a") and not phrase.amounts
+        frames = _frames(wishes_of(bare(said), self.way.text.scene)) if stays else []
+        looks = bool(frames) and all(isinstance(frame, Pace) and frame.part == WHOLE for frame in frames)
+        self.passed |= {said: "asking for nothing"} if looks else {}
+        return looks
 
     def _tells_a_stop(self, phrase: WayPhrase) -> bool:
         """Whether a phrase tells a place, that the way leads back, or what is lacking."""
@@ -346,9 +351,7 @@ class _Besides:
         heard = self._without_levels(phrase, heard)
         if frames and not heard:
             return
-        if self._leads_on(phrase, frames):
-            self.passed[phrase.said] = "how the next place is come to"
-        elif not self._ends_there(phrase, frames):
+        if not self._ends_there(phrase, frames):
             self._take(phrase, heard)
 
     def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
@@ -539,11 +542,6 @@ class _Besides:
         """Whether a place is only passed, or mentioned and none of the way."""
         roles = {stop.role for stop in self.way.stops if same_place(stop.place, place)}
         return roles <= {"via"} and not self.way.ends_at([item.name for item in place.objects])
-
-    def _leads_on(self, phrase: WayPhrase, frames: Sequence[SemanticFrame]) -> bool:
-        """Whether a shift without a distance only leads to the place behind it: "come down to 30 cm over the cup"."""
-        open_ways = [f for f in frames if isinstance(f, Shift) and all(far is None for _, far in f.offset)]
-        return bool(frames) and len(open_ways) == len(frames) and self.way.leads_to_a_place(phrase)
 
     def _ends_there(self, phrase: WayPhrase, frames: Sequence[SemanticFrame]) -> bool:
         """Whether it tells how far from its object the way ends: "stopping short of it by 20 cm".

@@ -94,7 +94,9 @@ def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
     if found:
         return _row(text, phrase, found)
     if BACK & {*phrase.words}:
-        return [WayStop(phrase, phrase.role, None, phrase.pieces, back=True)]
+        onward = text.words[phrase.pieces.start : phrase.pieces.stop + 4]  # "then back to normal speed"
+        paced = ("back", "to") in pairwise(onward) and not PACES.isdisjoint(onward)
+        return [WayStop(phrase, phrase.role, None, phrase.pieces, back=not paced)]
     lacking = _lacking(text, phrase)
     left = phrase.said if phrase.measured and not lacking else ""
     return [WayStop(phrase, phrase.role, None, phrase.pieces, lacking, left)]
@@ -129,6 +131,9 @@ def _row(text: Text, phrase: WayPhrase, found: Sequence[tuple[Location, range]])
         stops.append(WayStop(phrase, phrase.role, place, pieces))
     return [*stops[:-1], replace(stops[-1], left=_left(text, phrase, stops[-1], found))]
 
+
+PACES = frozenset(("speed", "pace", "velocity"))
+"""What the way does not lead back to."""
 
 PAST = frozenset(("past", "pass", "passing", "passes"))
 

@@ -104,7 +104,7 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
     told = height_in(said, lambda words: bool(mentioned_in(words, scene)))
     if told is None:
-        return _around(said, scene) or _onward(said, scene) or _above(said, _apart(said, scene), scene)
+        return _around(said, scene) or _above(said, _apart(said, scene), scene)
     role: Role = "at_least" if told.least else "to"
     level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
     rest = "" if HOLDING.issuperset(told.rest.lower().split()) else bare(told.rest)
@@ -144,15 +144,6 @@ def _above(said: str, heard: list[Wish], scene: Scene) -> list[Wish]:
 
 MADE_AT = frozenset(("over", "above", "around", "round"))
 """With a figure, these tell where it is made and not what it leads over."""
-
-
-def _onward(said: str, scene: Scene) -> list[Wish]:
-    """How a phrase says to go on, if that is a speed: "carry on faster"; else nothing."""
-    words = bare(said).split()
-    used = phrase_at([word.lower() for word in words], 0, ONWARD)[1]
-    heard = _apart(" ".join(words[used:]), scene) if 0 < used < len(words) else []
-    paces = all(wish.frames and all(isinstance(frame, Pace) for frame in wish.frames) for wish in heard)
-    return heard if paces else []
 
 
 def _apart(said: str, scene: Scene) -> list[Wish]:
