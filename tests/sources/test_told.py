@@ -334,3 +334,9 @@ def test_a_distance_without_a_thing_is_kept_from_all_but_the_ends():
 def test_a_quick_look_is_no_speed():
     route = read_route("Shed to gate, swing by the tower for a quick look, slowly", YARD)
     assert [frame.change for wish in route.wishes for frame in wish.frames] == ["slower"]
+
+
+def test_a_distance_behind_a_denied_nearness_counts():
+    made = made_of("From the shed to the bench, but not near the tower, minimum 0.9 m")
+    path = made.adaptation.proposal or made.adaptation
+    assert YARD["tower"].clearance(path.adapted.resample(500).positions).min() >= 0.9 - 3e-3

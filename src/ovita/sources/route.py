@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
@@ -308,7 +308,8 @@ class _Besides:
         told = [k for k, w in enumerate(words) if w.isalpha() and w not in TIES and not carries(words, k)]
         turned = phrase.classes & {"never", "correct"} and phrase.classes & {"over", "under", "front", "back", *TURNING}
         strange = any(not is_known(words[k]) for k in told)
-        doing = DOING & {*self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]}
+        heard = self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]
+        doing = any(one in DOING and other in ("a", "an", "the") for one, other in pairwise(heard))
         asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
         wanted = asked or DEMANDS & {*words} or (strange and doing)
         if told and self._asks_surely(phrase):

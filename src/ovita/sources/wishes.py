@@ -23,7 +23,7 @@ from ovita.instruct.frames import (
     Wait,
     same,
 )
-from ovita.instruct.lexicon import term_at
+from ovita.instruct.lexicon import amount_at, term_at
 from ovita.instruct.referee import DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -152,6 +152,9 @@ def _apart(said: str, scene: Scene) -> list[Wish]:
     texts = map(bare, said.replace(";", ",").replace(" and ", ", ").split(", "))
     parts = [read_wish(part, scene) for part in texts if part]
     sure = [part for part in parts if part.outcome == "do"]
+    told = [len(frame.quantities) for frame in whole.frames if isinstance(frame, Clearance)]
+    if whole.outcome == "do" and 0 < sum(len(f.quantities) for part in parts for f in part.frames) <= sum(told):
+        return [whole]  # "not near the bottle, minimum one metre"
     if 1 < len(parts) == len(sure) and (whole.outcome != "do" or len(whole.frames) < len(parts)):
         return parts
     if whole.outcome == "needs_confirmation" and _say_all(sure, parts, whole):
@@ -264,7 +267,10 @@ def _moderate(said: str, verdict: Understanding) -> bool:
 
 def _kept_off(said: str, verdict: Understanding) -> bool:
     """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
-    kinds = [term_at([word], 0)[0] for word in said.lower().split()]
+    words = said.lower().replace(",", " ").split()
+    kinds = [term_at([word], 0)[0] for word in words]
+    if any(amount_at(words, k) is not None for k in range(len(words))):
+        return False  # "not near the bottle, minimum one metre"
     away = all(isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
     return away and bool(verdict.reading.frames) and "never" in kinds and bool({"closer", "near"} & {*kinds})
 

@@ -330,15 +330,18 @@ def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
 
 
 def _beside(place: Location, dense: Array, scene: Scene) -> bool:
-    """Whether a path (N, 3) is on the side of an object that was said, and on no other, where it is level with it."""
+    """Whether a path (N, 3) is on the side of an object that was said where it is level with it, or nearest to it."""
     item, up = place.objects[0], scene.frame.direction("up")
     side = scene.frame.direction(str(place.relation)) if place.away is None else np.array(place.away)
     away = dense - item.position
     away -= np.outer(away @ up, up)
     along = np.cross(up, side)
     reach = float(np.abs(item.rotation.T @ along) @ item.size) / 2.0
-    level = (away @ side)[np.abs(away @ along) <= max(reach, OFF)]
-    return len(level) > 0 and float(level.min()) > 0.0
+    level, far = (away @ side)[np.abs(away @ along) <= max(reach, OFF)], np.linalg.norm(away, axis=1)
+    nearest = int(far.argmin())
+    return (len(level) > 0 and float(level.min()) > 0.0) or float(away[nearest] @ side) >= 0.5 * float(
+        far[nearest]
+    ) > 0.0
 
 
 def _missed(place: Location, dense: Array, up: Array) -> bool:
