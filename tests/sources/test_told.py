@@ -194,3 +194,149 @@ def test_a_wait_is_where_the_way_passes_a_thing_as_it_was_told():
     still = path.positions[1:][np.diff(path.arc_length) < 1e-9]
     assert made.status == "done" and len(still)
     assert (np.abs(still - tower.position)[:, :2] < tower.size[:2] / 2 + 0.05).all()
+
+
+@pytest.mark.parametrize(
+    ("said", "height"),
+    [("1.4 m high between the two", 1.4), ("a metre and a half up in between", 1.5), ("at about one metre forty", 1.4)],
+)
+def test_a_height_between_the_ends_is_told_in_many_ways(said, height):
+    made = made_of(f"From the pad to the bench, {said}")
+    path = made.adaptation.adapted.positions
+    assert made.status == "done" and path[30, 2] == pytest.approx(height, abs=0.05)
+    assert path[0, 2] < 0.4 and path[-1, 2] < 0.9
+
+
+def test_a_height_halfway_is_that_of_the_middle_only():
+    path = made_of("From the pad to the bench, rise to 2.2 m half way").adaptation.adapted
+    assert path.positions[:, 2].max() == pytest.approx(2.2, abs=0.05)
+    assert path.positions[15, 2] < 1.6 and path.positions[45, 2] < 1.6
+
+
+@pytest.mark.parametrize(
+    ("said", "beyond"), [("40 cm higher than usual", 0.4), ("rise by 40 cm on the way", 0.4), ("stay up high", 0.1)]
+)
+def test_going_higher_leaves_the_ends_where_they_were_said(said, beyond):
+    plain, higher = made_of("From the shed to the gate"), made_of(f"From the shed to the gate, {said}")
+    before, path = plain.adaptation.adapted.positions, higher.adaptation.adapted.positions
+    assert higher.status == "done" and np.allclose(path[[0, -1]], before[[0, -1]])
+    assert path[:, 2].max() >= before[:, 2].max() + beyond - 0.02
+
+
+@pytest.mark.parametrize("said", ["then one circle", "go round in a circle at the end", "then do a small loop there"])
+def test_a_circle_at_the_end_is_where_the_way_ends(said):
+    made = made_of(f"From the pad to the bench, {said}")
+    path = made.adaptation.adapted.positions[:, :2]
+    ends = made.plan.request.goal.position[:2]
+    first = int(np.argmax(np.linalg.norm(path - ends, axis=1) < 0.05))
+    turned = np.unwrap(np.arctan2(*np.diff(path[first:], axis=0).T[::-1]))
+    assert made.status == "done" and np.ptp(turned) > 1.8 * np.pi and np.linalg.norm(path[-1] - ends) < 0.05
+
+
+def test_a_figure_that_no_one_hears_as_a_wish_is_made_all_the_same():
+    made = made_of("Go from the shed to the gate and then fly a figure eight!")
+    assert [frame.shape for wish in made.route.wishes for frame in wish.frames] == ["eight"]
+
+
+def test_a_circle_keeps_the_distance_that_is_told_behind_it():
+    made = made_of("Circle the tower once from the shed to the bench. Half a metre away from it")
+    path = made.adaptation.adapted.resample(800, by="arc_length").positions
+    assert made.status == "done" and YARD["tower"].clearance(path).min() >= 0.5 - 3e-3
+
+
+@pytest.mark.parametrize("said", ["lap the tower twice", "a circle around the tower"])
+def test_a_round_trip_with_a_circle_has_a_way(said):
+    made = made_of(f"From the shed, {said}, and back to the shed")
+    turned = np.unwrap(np.arctan2(*made.adaptation.adapted.resample(800).positions[:, 1::-1].T))
+    assert made.status == "done" and np.ptp(turned) > 1.9 * np.pi
+
+
+def test_a_spiral_that_is_to_rise_rises():
+    made = made_of("From the shed to the bench, then let the drone rise in a spiral")
+    end = made.adaptation.adapted.positions[-1]
+    assert made.status in ("done", "limited") and end[2] > made.plan.request.goal.position[2] + 0.2
+
+
+def test_a_place_that_is_led_on_to_is_no_mere_spot_of_a_wait():
+    route = read_route("Shed to tower and on to the gate, wait 3 seconds there, and hurry", YARD)
+    assert ([place.label for place in route.via], route.goal.label) == (["the tower"], "the gate")
+
+
+def test_denying_asks_for_something_and_gives_no_reason():
+    route = read_route("From the shed to the gate, and don't dawdle", YARD)
+    assert [frame.change for wish in route.wishes for frame in wish.frames] == ["faster"]
+
+
+def test_slow_there_is_near_what_was_named_last():
+    route = read_route("Pad to gate, left of the tower, slow there", YARD)
+    assert [frame.part.places for wish in route.wishes for frame in wish.frames] == [("tower",)]
+
+
+def test_a_wait_at_the_via_point_is_where_the_way_passes():
+    route = read_route("Shed to bench via 0.5 m above the tower; dwell 2 s at the via point", YARD)
+    assert [frame.place for wish in route.wishes for frame in wish.frames] == ["tower"]
+
+
+def test_a_radius_counts_from_the_surface_where_the_middle_is_out_of_reach():
+    made = made_of("From the bench to the shed, half speed within 45 cm of the shed")
+    ratio = made.adaptation.adapted.speeds[1:-1] / made.plan.trajectory.speeds[1:-1]
+    assert made.status == "done" and ratio[56] == pytest.approx(0.5, abs=0.1) and ratio[20] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("said", ["no sudden moves", "by the shortest way", "in a straight line"])
+def test_what_a_plan_does_anyway_is_noted(said):
+    made = made_of(f"From the shed to the bench, {said}")
+    assert made.status == "done" and any("anyway" in note for note in made.route.notes)
+
+
+def test_names_with_underscores_are_names():
+    scene = generation.scene_of("bin_A -2 -2 0.5 0.3 0.3 1; bin_B 2 2 0.5 0.3 0.3 1")
+    route = read_route("src=bin_A, dst=bin_B", scene)
+    assert (route.start.label, route.goal.label) == ("the bin_A", "the bin_B")
+
+
+@pytest.mark.parametrize("said", ["carefully, like 30 cm from the tower", "keep a good 30 cm from the tower, I think"])
+def test_asides_around_an_amount_ask_for_nothing(said):
+    made = made_of(f"From the shed to the bench, {said}")
+    path = made.adaptation.adapted.resample(500, by="arc_length").positions
+    assert made.status in ("done", "limited") and YARD["tower"].clearance(path).min() >= 0.3 - 1e-3
+
+
+@pytest.mark.parametrize(
+    ("said", "change", "part"),
+    [
+        ("Start slowly at the shed and go to the bench", "slower", "first"),
+        ("From the shed, past the tower, sprint to the bench", "faster", "after"),
+        ("From the shed past the tower, then speed up to the bench", "faster", "after"),
+        ("Start from the shed, come in slowly at the bench", "slower", "last"),
+    ],
+)
+def test_how_a_place_is_come_to_is_a_speed_there(said, change, part):
+    (frame,) = (frame for wish in read_route(said, YARD).wishes for frame in wish.frames)
+    assert frame.change == change and frame.part.kind in (part, "whole")
+
+
+def test_a_way_does_not_lead_back_to_a_speed():
+    assert read_route("Shed to gate, slow near the tower, then back to normal speed", YARD).goal.label == "the gate"
+    assert read_route("From the shed to the gate and back at full speed", YARD).goal.label == "the shed"
+
+
+def test_what_a_clause_across_a_comma_passes_is_passed():
+    route = read_route("From the pad to the gate, between the tower and the bench, quite slowly there", YARD)
+    assert [place.label for place in route.via] == ["between the tower and the bench"]
+
+
+def test_a_distance_without_a_thing_is_kept_from_all_but_the_ends():
+    (frame,) = (f for w in read_route("From the shed to the bench, clearance 20 cm", YARD).wishes for f in w.frames)
+    assert frame.objects == ("tower", "gate", "pad") and frame.distance.value == 0.2
+
+
+def test_a_quick_look_is_no_speed():
+    route = read_route("Shed to gate, swing by the tower for a quick look, slowly", YARD)
+    assert [frame.change for wish in route.wishes for frame in wish.frames] == ["slower"]
+
+
+def test_a_distance_behind_a_denied_nearness_counts():
+    made = made_of("From the shed to the bench, but not near the tower, minimum 0.9 m")
+    path = made.adaptation.proposal or made.adaptation
+    assert YARD["tower"].clearance(path.adapted.resample(500).positions).min() >= 0.9 - 3e-3

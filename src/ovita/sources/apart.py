@@ -30,6 +30,9 @@ READ = (Approach, Clearance, Figure, Height, Hop, Hover, Pace, Wait)
 TYING = frozenset((",", "-", "and", "but", "while"))
 """Marks and words between clauses."""
 
+LEADS, LEADING = frozenset(("to", "into", "onto")), 0.4
+"""Words that lead to a place, and how likely a phrase with them has to be an end to be one."""
+
 LIKELY = 0.6
 """How likely an end of the way has to be to be kept as one, where two places are told besides."""
 
@@ -46,13 +49,14 @@ def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
         lacking = not {"start", "goal"} <= others
         if sum(phrase.role in WAY for phrase in found if phrase not in inside) > 1:
             others |= {phrase.role for phrase in inside if phrase.role and phrase.shares[phrase.role] < LIKELY}
-        cut = any(phrase.pieces.stop > pieces.stop or phrase.why for phrase in inside)
+        rest = [phrase for phrase in found if phrase not in inside]
+        cut = any(phrase.pieces.stop > pieces.stop or phrase.why or _leads(text, phrase, rest) for phrase in inside)
         if not {"start", "goal"} <= others or cut or not _mixed(inside):
             continue
         whole = _as_a_wish(text, pieces, inside)
         if whole is not None and (whole.seen is not None or not lacking):
-            rest = [part for phrase in found for part in around(text, phrase, whole.pieces)]
-            found = sorted([*rest, whole], key=lambda phrase: phrase.span)
+            left = [part for phrase in found for part in around(text, phrase, whole.pieces)]
+            found = sorted([*left, whole], key=lambda phrase: phrase.span)
     return found
 
 
@@ -67,6 +71,16 @@ def _clauses(text: Text, phrases: Sequence[WayPhrase]) -> Iterator[range]:
             yield from (
                 range(comma + 1, end) for end in sorted([*commas[k + 1 :], *stops], reverse=True) if end > comma
             )
+
+
+def _leads(text: Text, phrase: WayPhrase, rest: Sequence[WayPhrase]) -> bool:
+    """Whether a phrase leads to a place that no other names, and is no mere spot of a wish: "on to the raft"."""
+    onward = phrase.role == "via" and "on" in phrase.words[:4]
+    ends = phrase.role == "goal" and phrase.shares["goal"] > LEADING
+    if not (onward or ends) or LEADS.isdisjoint(phrase.words[:4]):
+        return False
+    elsewhere = [place.objects for other in rest if other.role in WAY for place, _ in places_among(text, other.pieces)]
+    return all(place.objects not in elsewhere for place, _ in places_among(text, phrase.pieces))
 
 
 def _mixed(inside: Sequence[WayPhrase]) -> bool:
@@ -99,7 +113,12 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     low = any(isinstance(frame, Hover) and frame.by is None for frame in frames)  # a wait over what is passed
     waits = sum(isinstance(frame, Wait) for frame in frames)
     compound = any(frame.part.parts for frame in frames)
-    if not (low or compound) and waits in (0, len(frames)) and all(isinstance(frame, READ) for frame in frames):
+    split = any(phrase.role in WAY for phrase in inside) and "," in text.words[said[0] : said[-1]]
+    if (
+        not (low or compound or split)
+        and waits in (0, len(frames))
+        and all(isinstance(frame, READ) for frame in frames)
+    ):
         role: Role = "wait" if waits else "wish"
         return replace(whole, role=role, shares=none | {role: 1.0})
     return None

@@ -11,6 +11,7 @@ from ovita.sources.places import phrase_at, way_words
 
 LEVEL, CLIMB, CRUISE, SINK, FLOOR, LEAST = map(way_words, ("level", "climb", "cruise", "sink", "floor", "at least"))
 RAISED, HEDGE, BOUND, THROUGHOUT, ARRIVED = map(way_words, ("raised", "hedge", "bound", "throughout", "arrived"))
+HALFWAY = way_words("lap middle") - THROUGHOUT
 AT = frozenset(("at", "to", "in", "a"))
 CLOSED = frozenset(", ; . : ! ? ( ) and then but with".split())
 """What may follow a height that is that of the whole way."""
@@ -27,6 +28,7 @@ class HeightTold:
         rest: The phrase without them.
         ends: Whether it is that of the goal, by its own words.
         sinks: Whether the way comes down to it.
+        halfway: Whether it is that of the middle of the way, and not of all of it.
     """
 
     height: float
@@ -35,6 +37,7 @@ class HeightTold:
     rest: str
     ends: bool
     sinks: bool
+    halfway: bool = False
 
 
 def height_in(said: str, mentions: Callable[[str], bool]) -> HeightTold | None:
@@ -55,19 +58,22 @@ def height_in(said: str, mentions: Callable[[str], bool]) -> HeightTold | None:
         if amount is None or amount.unit != "m":
             continue
         raised = phrase_at(words, end, RAISED)[1]
-        last, arrived = _closing(words, end + raised, mentions)
+        halfway = phrase_at(words, end + raised, HALFWAY)[1]
+        last, arrived = _closing(words, end + raised + halfway, mentions)
         first = _without(words, k, HEDGE)
         least = _before(words, first, FLOOR) or _before(words, first, LEAST)
         first = _without(words, first - least, HEDGE | AT) if least else first
         leads = [_before(words, first, phrases) for phrases in (LEVEL, CLIMB, CRUISE, SINK)]
         begin = _without(words, first - max(leads), HEDGE | AT)
-        told = raised or any(leads) or _before(words, first + least, FLOOR)
+        alone = begin == 0 and last == len(words) and words[:1] == ["at"]  # "at about one metre thirty"
+        told = raised or any(leads) or alone or _before(words, first + least, FLOOR)
         bound = not least and begin > 0 and words[begin - 1] in BOUND
         denied = any(term_at(words, n)[0] == "never" for n in range(begin))
         if told and last and not (bound or denied):
             cut = found[begin].start(), found[last - 1].end()
             rest = f"{said[: cut[0]]} {said[cut[1] :]}".strip(" ,;")
-            return HeightTold(amount.value, least > 0, said[cut[0] : cut[1]], rest, arrived, leads[3] > 0)
+            words_told = said[cut[0] : cut[1]]
+            return HeightTold(amount.value, least > 0, words_told, rest, arrived, leads[3] > 0, halfway > 0)
     return None
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ovita.instruct.frames import Figure, Quantity, Sense
+from ovita.instruct.frames import Figure, Place, Quantity, Sense
 from ovita.instruct.lexicon import Amount, Degree, amount_at, is_filler
 from ovita.paths.scene import Scene
 from ovita.sources.places import Text, phrase_at, way_words
 
-LAP, ROUND, TIMES, BESIDES, SHARE, MIDDLE, OVERHEAD = map(
-    way_words, ("lap", "round", "lap times", "lap besides", "lap share", "lap middle", "lap over")
+LAP, ROUND, TIMES, BESIDES, SHARE, MIDDLE, OVERHEAD, END = map(
+    way_words, ("lap", "round", "lap times", "lap besides", "lap share", "lap middle", "lap over", "lap end")
 )
 CLOCKWISE, COUNTER = map(way_words, ("clockwise", "counterclockwise"))
 ONCE = {"once": 1.0, "one": 1.0, "twice": 2.0, "double": 2.0, "thrice": 3.0}
@@ -29,7 +29,7 @@ class Lap:
     """A circle as it was told.
 
     Args:
-        figure: Around an object, or beside the way.
+        figure: Around an object, or beside the way; its place is "" where the words do not tell it.
         over: Whether it is above the object.
         away: Whether its radius is told as a distance from the object.
         left: What else the phrase says, in its order.
@@ -78,12 +78,15 @@ class _LapReader:
             k += max(used, 1)
         if not (self.lapping or (self.rounding and self.turns is not None and self.name)):
             return None
-        told = self.share is not None or self.turns is not None or self.wide is not None
+        single = any(phrase_at(words, k + 1 + (words[k + 1] in DEGREES), LAP)[1] for k in range(len(words) - 1)
+                     if words[k] in ("a", "an", "another"))  # fmt: skip
+        told = single or self.share is not None or self.turns is not None or self.wide is not None
         if (self.name and self.share is not None) or (not self.name and ("it" in words or not told)):
             return None
         size = None if self.wide is None else Quantity(self.wide / (2.0 if self.diameter else 1.0), "m", "to")
         count = None if self.turns is None else Quantity(self.turns, "turns", "to")
-        where = self.name or ("middle" if self.share is None else Quantity(self.share, "%", "at"))
+        ended: Place = "goal" if self.share == 1.0 else Quantity(self.share or 0.0, "%", "at")
+        where = self.name or ("" if self.share is None else ended)
         figure = Figure(shape="circle", place=where, radius=size, turns=count, sense=self.sense, degree=self.degree)
         away = "radius" not in words and not self.diameter and not FROM.isdisjoint(words)
         return Lap(figure, over and bool(self.name), away, " ".join(left))
@@ -94,9 +97,9 @@ class _LapReader:
         if used:
             self.sense = "cw" if sense in CLOCKWISE else "ccw"
             return used
-        share, used = phrase_at(self.words, k, SHARE | MIDDLE)
+        share, used = phrase_at(self.words, k, SHARE | MIDDLE | END)
         if used:
-            self.share = next((PARTS[word] for word in share.split() if word in PARTS), 0.5)
+            self.share = 1.0 if share in END else next((PARTS[word] for word in share.split() if word in PARTS), 0.5)
             return used
         lap, rounding = phrase_at(self.words, k, LAP)[1], phrase_at(self.words, k, ROUND)[1]
         self.lapping, self.rounding = self.lapping or lap > 0, self.rounding or rounding > 0

@@ -49,15 +49,17 @@ class WayTold:
         ends = (place for place in (self.start, self.goal) if place is not None)
         return any(item.name in names for place in ends for item in place.objects)
 
-    def resolved(self, phrase: WayPhrase, *, passed: bool = False) -> str:
+    def resolved(self, phrase: WayPhrase, *, passed: bool = False, circled: str | None = None) -> str:
         """The words of a phrase, with the object that is meant for "it": "30 cm clearance from it".
 
         Args:
             phrase: Of the sentence.
             passed: Whether it is what the way passes that is meant, where that is one object.
+            circled: The object that is circled, which is meant then where nothing else is passed.
         """
         text, said = self.text, ""
-        one = self._passed_alone(phrase) if passed else None
+        one = self.passed_alone(phrase) if passed else None
+        one = Location(objects=(text.scene[circled],)) if passed and one is None and circled else one
         for k in phrase.pieces:
             begin, end = text.pieces[k].span
             before = text.words[max(k - 2, 0) : k]
@@ -68,7 +70,7 @@ class WayTold:
             said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
         return said.strip()
 
-    def _passed_alone(self, phrase: WayPhrase) -> Location | None:
+    def passed_alone(self, phrase: WayPhrase) -> Location | None:
         """The one object that the way passes and that is told before a phrase, or None."""
         places = [stop.place for stop in self.passed_before(phrase) if stop.place and len(stop.place.objects) == 1]
         return places[0] if places and all(same_place(place, places[0]) for place in places) else None
@@ -123,12 +125,13 @@ def barred_by(text: Text, phrase: WayPhrase) -> list[str]:
     return [place.objects[0].name for place in over]
 
 
-def mentioned(text: Text) -> list[str]:
-    """The objects that a sentence names, each on its own."""
-    names, k = list[str](), 0
+def mentioned(text: Text) -> list[tuple[str, str]]:
+    """The objects that a sentence names, each on its own, with the words that name it first."""
+    found, k = dict[str, str](), 0
     while k < len(text):
-        found = text.object_at(k)
-        if found is not None and not found[0].unclear:
-            names += [item.name for item in found[0].objects]
-        k = k + 1 if found is None else found[1]
-    return list(dict.fromkeys(names))
+        named = text.object_at(k)
+        if named is not None and not named[0].unclear:
+            words = text.text[text.pieces[named[1] - 1].span[0] : text.pieces[named[1] - 1].span[1]].lower()
+            found |= {item.name: words for item in named[0].objects if item.name not in found}
+        k = k + 1 if named is None else named[1]
+    return list(found.items())

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 from ovita.instruct.lexicon import PLAIN, Amount, amount_at, concept_at, is_filler, term_at
 from ovita.sources.places import BEHIND, SEEN, Location, Text, phrase_at, way_words
@@ -113,86 +112,13 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         inside = [k for k, piece in enumerate(text.pieces) if begin <= piece.span[0] < end]
         pieces = range(inside[0], inside[-1] + 1) if inside else range(0)
         words = tuple(text.words[k] for k in pieces)
-        role = "wish" if tagged.role == "via" and _heeds(words) else tagged.role
-        phrase = WayPhrase(role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
-        found += [part for whole in _with_heights(text, phrase) for part in _parted(text, whole)]
+        phrase = WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
+        found.append(phrase)
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
-    for k in range(len(text)):
-        found = _with_heed(text, found, k)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
-    return _with_manners(text, _with_spots(text, _with_particles(text, _with_ends(text, found))))
-
-
-def _with_spots(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with the place of a wait, which follows it at once, as a part of it: "wait 4 s | above the pond"."""
-    found = list[WayPhrase]()
-    for k, phrase in enumerate(phrases):
-        before = found[-1] if found else None
-        spot = before is not None and before.role == "wait" and before.pieces.stop == phrase.pieces.start
-        others = {other.role for other in (*phrases[:k], *phrases[k + 1 :])}
-        if before and spot and phrase.role in ("via", "goal") and phrase.words[0] in SPOTS and "goal" in others:
-            found[-1] = part_of(text, before, range(before.pieces.start, phrase.pieces.stop))
-        else:
-            found.append(phrase)
-    return found
-
-
-SPOTS = frozenset("at by above over near beside next on in".split())
-"""Words in front of the place of a wait."""
-
-
-def _with_ends(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with an end that nothing else tells, where a wish tells it besides: "start slowly at the bed"."""
-    found = list(phrases)
-    for role, cues in CUES[:2]:
-        for k, phrase in enumerate(found):
-            tells = phrase.role == "wish" and not phrase.amounts and places_among(text, phrase.pieces)
-            first = next((n for n, word in enumerate(phrase.words) if word not in TIES), 0)
-            begun = phrase_at(phrase.words, first, cues | (SET_OFF if role == "start" else COME_IN))[1]
-            if tells and begun and all(other.role != role for other in found):
-                found[k] = replace(phrase, role=role, shares=dict.fromkeys(ROLES, 0.0) | {role: 1.0})
-    return found
-
-
-def _with_heights(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
-    """A phrase of a place with the height over the ground in it as a wish: "at the jar | 0.4 m above the ground"."""
-    if phrase.role not in (*WAY, None):
-        return [phrase]
-    for k, amount in phrase.amounts:
-        first = phrase.pieces.start + k
-        end = first + amount.used + phrase_at(text.words, first + amount.used, GROUND)[1]
-        if amount.unit == "m" and end > first + amount.used:
-            first -= text.words[first - 1 : first] == ["at"]
-            wish = replace(phrase, role="wish", shares=dict.fromkeys(ROLES, 0.0) | {"wish": 1.0})
-            parts = [*around(text, phrase, range(first, end)), part_of(text, wish, range(first, end))]
-            return sorted(parts, key=lambda part: part.span)
-    return [phrase]
-
-
-def _parted(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
-    """A phrase parted where a word in front of its second place tells another role: "to the barn | from the kiosk"."""
-    found = places_among(text, phrase.pieces) if phrase.role in WAY else []
-    for (here, before), (there, pieces) in pairwise(found):
-        if here.objects == there.objects:
-            continue
-        told = ((k, role) for k in range(before.stop, pieces.stop) for role, cues in CUES if text.words[k] in cues)
-        k, role = next(told, (0, phrase.role))
-        if role is not None and role != phrase.role:
-            first, rest = range(phrase.pieces.start, k), range(k, phrase.pieces.stop)
-            of_role = dict.fromkeys(ROLES, 0.0) | {role: 1.0}
-            other = part_of(text, replace(phrase, role=role, shares=of_role), rest)
-            return [part_of(text, phrase, first), *_parted(text, other)]
-    return [phrase]
-
-
-CUES: tuple[tuple[Role, frozenset[str]], ...] = (
-    ("start", way_words("starting") | {"from", "leaving"}),
-    ("goal", way_words("final") | {"to", "towards", "into"}),
-    ("via", frozenset("via past through passing across over between".split())),
-)
-"""Words in front of a place that tell its role."""
+    return _with_manners(text, found)
 
 
 def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
@@ -223,19 +149,6 @@ MANNERS = frozenset(("slower", "faster", "creep", "zigzag", "waves", "wave"))
 """Classes of words that tell how a place is come to."""
 
 
-def _with_heed(text: Text, phrases: Sequence[WayPhrase], k: int) -> list[WayPhrase]:
-    """The phrases with a thing to keep clear of, of which piece k says so, as a wish: "mind | the lamp"."""
-    used = phrase_at(text.words, k, HEED)[1]
-    thing = text.object_at(k + used) if used and k + used < len(text) else None
-    holding = next((phrase for phrase in phrases if k in phrase.pieces), None)
-    denied = k > 0 and term_at(text.words, k - 1)[0] == "never"
-    if thing is None or thing[0].unclear or denied or holding is None or holding.why or holding.role == "wish":
-        return list(phrases)
-    pieces = range(k, thing[1])
-    wish = part_of(text, replace(holding, role="wish", shares=dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}), pieces)
-    return sorted([*(p for phrase in phrases for p in around(text, phrase, pieces)), wish], key=lambda p: p.span)
-
-
 def _with_side(text: Text, phrases: Sequence[WayPhrase], side: SeenSide) -> list[WayPhrase]:
     """The phrases with the words on which side something is to be passed as one of their own."""
     cut = (part for phrase in phrases if not phrase.why for part in around(text, phrase, side.pieces))
@@ -250,25 +163,6 @@ def around(text: Text, phrase: WayPhrase, pieces: range) -> list[WayPhrase]:
         return [phrase]
     parts = range(phrase.pieces.start, pieces.start), range(pieces.stop, phrase.pieces.stop)
     return [part_of(text, phrase, part) for part in parts if any(text.words[k][0].isalnum() for k in part)]
-
-
-def _with_particles(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with "speed up" and "slow down" whole: "then speed | up to the cup"."""
-    found = list(phrases)
-    for k, (one, other) in enumerate(pairwise(phrases)):
-        if one.role == "wish" and (one.words[-1:] + other.words[:1]) in PARTED and len(other.pieces) > 1:
-            found[k] = part_of(text, found[k], range(found[k].pieces.start, other.pieces.start + 1))
-            found[k + 1] = part_of(text, other, range(other.pieces.start + 1, other.pieces.stop))
-    return found
-
-
-PARTED = {("speed", "up"), ("slow", "down"), ("hurry", "up"), ("figure", "eight"), ("figure", "8")}
-
-
-def _heeds(words: Sequence[str]) -> bool:
-    """Whether a phrase is about something to keep clear of: "and mind the lamp"."""
-    first = next((k for k, word in enumerate(words) if word not in TIES), 0)
-    return bool(phrase_at(words, first, HEED)[1])
 
 
 def _set_apart(text: Text, phrases: Sequence[WayPhrase], clause: ReasonClause) -> list[WayPhrase]:

@@ -157,7 +157,7 @@ class Text:
     """A text cut into pieces, with the ways to refer to the objects of a scene."""
 
     def __init__(self, text: str, scene: Scene, path: Array | None = None) -> None:
-        self.text, self.scene = _settled(text.replace("’", "'")), scene
+        self.text, self.scene = _settled(_spaced(text.replace("’", "'"), scene)), scene
         self.catalog = Catalog(scene, path)
         self.pieces = _cut(self.text)
         said = [piece.text.lower() for piece in self.pieces]
@@ -340,12 +340,37 @@ _ITS = re.compile(
 _AXIS = re.compile(r"\b([xyz])_?(max|min)\b", re.I)
 _THE = re.compile(r"\bt'(?=[a-z]{3})", re.I)
 SHORTHAND = {"frm": "from", "o'": "of", "thru": "through", "b4": "before", "til": "until"}
+_UNIT = r"(?:metre|meter|foot|feet|yard|second|minute|m|cm)"
+_ASIDES = tuple(
+    (re.compile(pattern, re.IGNORECASE), kept)
+    for pattern, kept in (
+        (r"(,?) (?:like|i'd say|let's say),? (?=\d|half an? |an? (?:half|good )?" + _UNIT + r"\b)", r"\1 "),
+        (r"\b(an?) (?:good|full|solid|whole|decent) (?=(?:half an? )?" + _UNIT + r"\b|\d)", r"\1 "),
+        (r",? if (?:you (?:can|could|please|would|will|may|like|don't mind|wouldn't mind)|(?:at all )?possible"
+         r"|it's (?:possible|ok|okay)|that's (?:possible|ok|okay))(?=[,.;!?]|$)", ""),
+        (r"\b(?:an?|one) (met(?:re|er)) and (?:a )?half\b", r"one and a half \1s"),
+        (r"\b(\w+) (met(?:re|er))s and (?:a )?half\b", r"\1 and a half \2s"),
+        (r",? i (?:think|guess|suppose|reckon)(?=[,.;!?]|$)", ""),
+        (r"\b((?:fast|slow|high|low|close|near|furth|farth)er|more|less) then\b", r"\1 than"),
+    )
+)  # fmt: skip
+"""What people put around an amount or behind a wish without asking for anything by it, and what is left of it."""
+
 _SHORT = re.compile(rf"(?<![\w/])({'|'.join(SHORTHAND)})(?=\s)", re.IGNORECASE)
+
+
+def _spaced(text: str, scene: Scene) -> str:
+    """A text with the names of a scene's objects that are written with underscores, such as "bin_A", as words."""
+    for name in (name for name in scene.names if "_" in name):
+        text = re.sub(rf"\b{re.escape(name)}\b", name.replace("_", " "), text, flags=re.IGNORECASE)
+    return text
 
 
 def _settled(text: str) -> str:
     """A text without drawn-out letters and the shorthand of messages: "pleeease", "frm"."""
     text = _AXIS.sub(r"\1 \2", text)
+    for pattern, kept in _ASIDES:
+        text = pattern.sub(kept, text)
     text = _THE.sub("the ", _ITS.sub(r"\1it's", _DRAWN.sub(r"\1", text)))
     return _SHORT.sub(lambda found: SHORTHAND[found[0].lower()], text)
 

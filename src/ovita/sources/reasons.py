@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ovita.instruct.lexicon import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
-from ovita.sources.wishes import bare, read_wish
+from ovita.sources.wishes import TIES, bare, read_wish
 
 GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))
 SPEAKER, TELLING, DEMANDS = map(way_words, ("speaker", "telling", "demand"))
@@ -16,6 +16,9 @@ ENDING = frozenset(", ; . : ! ? ( )".split())
 
 INTENT = frozenset(("want", "need", "to"))
 """Words of what the speaker is about to do."""
+
+BIDDEN = TIES | {"do", "don't", "dont"}
+"""Words with which a clause that only denies begins, which asks for something."""
 
 LINKING = frozenset(("to", "be", "been"))
 """Words with which a way is told only where a place is named."""
@@ -92,6 +95,7 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     if place is not None and place[1] >= end:
         return None  # "the arrival is the oven"
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
+    stated = stated and not (verb is not None and BIDDEN.issuperset(text.words[first : verb + 1]))  # "and don't dawdle"
     return ReasonClause(range(k, end), verb) if stated and verb is not None else None
 
 

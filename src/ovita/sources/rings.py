@@ -104,7 +104,8 @@ def _around(
     legs = [ring.index + 1] if ring.index is not None else range(1, len(anchors))
     middle, best = plane @ item.position, None
     for k in legs:
-        if anchors[k - 1].label == anchors[k].label:  # within another ring
+        apart = float(np.linalg.norm(anchors[k].position - anchors[k - 1].position))
+        if anchors[k - 1].label == anchors[k].label and apart > 0.0:  # within another ring
             continue
         one, other = (plane @ anchors[n].position - middle for n in (k - 1, k))
         for sense in _senses(ring):
@@ -152,18 +153,32 @@ def _beside(ring: Ring, anchors: Sequence[Anchor], scene: Scene, robot: Robot) -
     place, told = ring.figure.place, 0.5
     if isinstance(place, Quantity) and place.unit in ("%", "x"):
         told = place.value
+    elif place == "goal":
+        told = 1.0
     elif place not in ("", "middle"):
         return None
     shares = ABOUT_HALF if told == 0.5 else (told,)
-    loops = (_loop(ring, share, sense, anchors, scene) for share in shares for sense in _senses(ring))
+    tried = product(_widths(ring, anchors), shares, (0.0, 1.0) if told == 1.0 else (0.0,), _senses(ring))
+    loops = (_loop(ring, radius, share, across, sense, anchors, scene) for radius, share, across, sense in tried)
     placed = (_legal(k, points, alike, scene, robot) for k, points, alike in filter(None, loops))
     return next((found for found in placed if found is not None), None)
 
 
+def _widths(ring: Ring, anchors: Sequence[Anchor]) -> tuple[float, ...]:
+    """The radii of a loop beside the way [m]: the one that is told, or what suits the way and, where need be, less."""
+    length = float(arc_length(np.array([anchor.position for anchor in anchors]))[-1])
+    wanted = LOOPS[ring.figure.degree or "moderate"]
+    shares = (wanted, *(share for share in reversed(LOOPS.values()) if share < wanted))
+    return tuple(share * length for share in shares) if ring.radius is None else (ring.radius,)
+
+
 def _loop(
-    ring: Ring, share: float, sense: float, anchors: Sequence[Anchor], scene: Scene
+    ring: Ring, radius: float, share: float, across: float, sense: float, anchors: Sequence[Anchor], scene: Scene
 ) -> tuple[int, Array, Anchor] | None:
-    """Which place comes behind a loop, its points, and how it is told; None where the way is upright."""
+    """Which place comes behind a loop, its points, and how it is told; None where the way is upright.
+
+    It goes along the way at first, or across it, where something stands behind the way's end.
+    """
     corners, up = np.array([anchor.position for anchor in anchors]), scene.frame.direction("up")
     s = arc_length(corners)
     k = int(np.clip(np.searchsorted(s, share * s[-1]), 1, len(corners) - 1))
@@ -173,7 +188,7 @@ def _loop(
     if np.linalg.norm(ahead) < 1e-9:
         return None
     ahead /= np.linalg.norm(ahead)
-    radius = LOOPS[ring.figure.degree or "moderate"] * float(s[-1]) if ring.radius is None else ring.radius
+    ahead = np.cross(up, ahead) * sense if across else ahead
     angles = np.linspace(0.0, 2.0 * np.pi * ring.turns, int(np.ceil(PER_TURN * ring.turns)) + 1)[:, None]
     points = here + radius * (np.sin(angles) * ahead + (1.0 - np.cos(angles)) * sense * np.cross(up, ahead))
     return k, points, Anchor(here, f"{_times(ring.turns)} around a loop of radius {number(radius)} m")

@@ -7,16 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovita.instruct.frames import Approach, Clearance, Quantity, SemanticFrame
 from ovita.instruct.lexicon import Scale
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, sides_of, troubles
-from ovita.sources.planner import PlanRequest, anchored
+from ovita.sources.planner import anchored
 from ovita.sources.rings import Ring, ringed
 from ovita.sources.route import Route
-from ovita.sources.wishes import Level, Wish
+from ovita.sources.wishes import Level
 from ovita.text import number
 
 
@@ -60,29 +59,6 @@ def _across(item: SceneObject, side: Array, far: float, scene: Scene) -> Array:
     return np.asarray(room)
 
 
-def kept_clear(wish: Wish, request: PlanRequest) -> Wish:
-    """A wish to keep farther from objects as one for a distance: of a way that is planned there is no nearer one.
-
-    Where no distance is told, it is one that suits the way and leaves its ends where they are.
-    """
-    robot, ends = request.robot, np.stack([request.start.position, request.goal.position])
-    least, scale = robot.radius + robot.obstacle_margin, Scale(float(np.linalg.norm(np.ptp(request.corners, axis=0))))
-
-    def kept(frame: SemanticFrame) -> SemanticFrame:
-        if not isinstance(frame, Approach) or frame.sense != "farther":
-            return frame
-        far = frame.by
-        if far is None:
-            free = min(float(request.scene[name].clearance(ends).min()) for name in frame.objects)
-            wanted = least + scale.step(frame.degree or "moderate")
-            far = Quantity(float(f"{min(wanted, max(free, least)):.2g}"), "m")
-        if far.unit not in ("m", ""):
-            return frame
-        return Clearance(part=frame.part, objects=frame.objects, distance=replace(far, role="at_least"))
-
-    return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
-
-
 OVER = 1.0
 """Room above an object that is to be passed on a side, so that the path does not lead over it [m]."""
 
@@ -121,6 +97,9 @@ def leveled(
     if level is None:
         return ringed(anchors, rings, scene, robot)
     up = scene.frame.direction("up")
+    level = _over_ground(level, anchors, robot, up)
+    if level.halfway:
+        return ringed(_with_peak(anchors, level, up), rings, scene, robot)
     for end, other in ((0, 1), (-1, -2)):  # no way leads down on something that is taller than the height
         above = _lifted(anchors[end], level, up)
         if places[end].relation == "at" and places[end].objects and troubles(above.position, scene, robot):
@@ -135,8 +114,32 @@ def leveled(
     return [first, *([] if above is first else [above]), *between, *([] if over is last else [over]), last]
 
 
+def _over_ground(level: Level, anchors: Sequence[Anchor], robot: Robot, up: Array) -> Level:
+    """A height that is told by the ends of a way as one over the ground, within the robot's workspace."""
+    if level.height is not None and not level.beyond:
+        return level
+    ends = [float(anchors[k].position @ up) for k in (0, -1)]
+    extent = float(np.linalg.norm(np.ptp([anchor.position for anchor in anchors], axis=0)))
+    more = Scale(extent).step("moderate") if level.height is None else level.height
+    height = max(ends) + more if level.beyond == "up" else min(ends) - more
+    if isinstance(robot.workspace, Box) and level.height is None:
+        keep = robot.radius + robot.margin
+        height = float(np.clip(height, robot.workspace.lower[2] + keep, robot.workspace.upper[2] - keep))
+    return replace(level, height=height, beyond="")
+
+
+def _with_peak(anchors: Sequence[Anchor], level: Level, up: Array) -> list[Anchor]:
+    """The places of a way with one in the middle of its length at a height."""
+    corners = np.array([anchor.position for anchor in anchors])
+    s = arc_length(corners)
+    k = int(np.clip(np.searchsorted(s, s[-1] / 2.0), 1, len(corners) - 1))
+    here = corners[k - 1] + (s[-1] / 2.0 - s[k - 1]) / (s[k] - s[k - 1]) * (corners[k] - corners[k - 1])
+    return [*anchors[:k], _lifted(Anchor(here, "the middle"), level, up), *anchors[k:]]
+
+
 def _lifted(anchor: Anchor, level: Level, up: Array) -> Anchor:
-    more = level.height - float(anchor.position @ up)
+    height = level.height or 0.0
+    more = height - float(anchor.position @ up)
     if abs(more) < 0.02 or (level.least and more < 0.0):
         return anchor
-    return Anchor(anchor.position + more * up, f"{number(level.height)} m above the ground", anchor.objects)
+    return Anchor(anchor.position + more * up, f"{number(height)} m above the ground", anchor.objects)

@@ -9,16 +9,30 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 
 import numpy as np
 
-from ovita.instruct.frames import Clearance, Figure, Height, Pace, Quantity, Reading, SemanticFrame, Shift, StopAt, Wait
+from ovita.instruct.frames import (
+    Clearance,
+    Figure,
+    Height,
+    Pace,
+    Quantity,
+    Reading,
+    Resample,
+    SemanticFrame,
+    Smooth,
+    StopAt,
+    Straighten,
+    Trim,
+    Wait,
+)
 from ovita.instruct.lexicon import is_filler, is_known
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
-from ovita.sources.phrases import CARRIERS, TOUCHING, WayPhrase
+from ovita.sources.phrases import CARRIERS, TOUCHING, WAY, WayPhrase
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
@@ -53,6 +67,8 @@ SURE = 0.6
 STARTING, FINISHING = map(way_words, ("starting", "finishing"))
 FASTEST, HASTE, DEMANDS, AGAIN = map(way_words, ("fastest", "haste", "demand", "as before"))
 APART, EVERYTHING = map(way_words, ("apart", "everything"))
+DISTANCE = frozenset(("clearance", "separation", "closer", "nearer", "distance", "standoff", "margin", "gap"))
+"""Words that say that an amount is a distance to keep, from all where no object is meant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +165,7 @@ def read_route(sentence: str, scene: Scene) -> Route:
         names=tuple(scene.names),
         fastest=asked.fastest,
         level=asked.level,
-        rings=tuple(asked.rings),
+        rings=tuple(_kept_off(ring, asked.wishes) for ring in asked.rings),
         barred=tuple(asked.barred),
         doubts=(*unsure, *(f"Nothing is done about {quoted([words])}." for words in asked.left)),
     )
@@ -191,6 +207,13 @@ def _apart(place: Location, wishes: Sequence[Wish]) -> Location:
     return replace(place, distance=least[0])
 
 
+def _kept_off(ring: Ring, wishes: Sequence[Wish]) -> Ring:
+    """A ring of no width around an object as far from it as is to be kept: "circle the mast, half a metre from it"."""
+    kept = (frame for frame in _frames(wishes) if isinstance(frame, Clearance) and frame.part == WHOLE)
+    least = [f.distance.value for f in kept if ring.figure.place in f.objects and f.distance.role == "at_least"]
+    return replace(ring, gap=max(least)) if least and ring.radius is None and ring.gap is None else ring
+
+
 class _Besides:
     """What a sentence asks for besides its places: heard phrase by phrase.
 
@@ -220,18 +243,33 @@ class _Besides:
     def _hear(self, phrase: WayPhrase, following: WayPhrase | None, denied: bool) -> bool:
         """Take up one phrase; whether the one behind it was heard with it."""
         said, joined = phrase.said.strip(" ,;.:"), False
-        if self._excused(phrase, said, denied):
+        if self._excused(phrase, said, denied) or self._looks(phrase, said):
             return False
         if denied:
             self.left += [said] if phrase.role not in {stop.role for stop in self.way.stops if stop.place} else []
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
             self._take(phrase, heard)
-        elif phrase.role == "wish" and not self._carries(phrase):
+        elif phrase.role == "wish" and (self._asks_surely(phrase) or not self._carries(phrase)):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
+        elif phrase.role in WAY and phrase.classes & {*TURNING} and not self._tells_a_stop(phrase):
+            self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
+
+    def _looks(self, phrase: WayPhrase, said: str) -> bool:
+        """Whether a phrase tells what for, and no speed: "swing by the tower for a quick look"."""
+        stays = phrase.role in ("wait", "wish") and phrase.words[:2] == ("for", "a") and not phrase.amounts
+        frames = _frames(wishes_of(bare(said), self.way.text.scene)) if stays else []
+        looks = bool(frames) and all(isinstance(frame, Pace) and frame.part == WHOLE for frame in frames)
+        self.passed |= {said: "asking for nothing"} if looks else {}
+        return looks
+
+    def _tells_a_stop(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase tells a place, that the way leads back, or what is lacking."""
+        own = (stop for stop in self.way.stops if stop.phrase is phrase)
+        return any(stop.place or stop.back or stop.lacking for stop in own)
 
     def _carries(self, phrase: WayPhrase) -> bool:
         """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
@@ -270,13 +308,23 @@ class _Besides:
         told = [k for k, w in enumerate(words) if w.isalpha() and w not in TIES and not carries(words, k)]
         turned = phrase.classes & {"never", "correct"} and phrase.classes & {"over", "under", "front", "back", *TURNING}
         strange = any(not is_known(words[k]) for k in told)
-        wanted = DEMANDS & {*words} or phrase.shares["wish"] + phrase.shares["wait"] > (
-            ASKS_STRANGELY if strange else ASKS
-        )
-        if phrase.measured or turned or phrase.tells_a_side or (told and wanted):
+        heard = self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]
+        doing = any(one in DOING and other in ("a", "an", "the") for one, other in pairwise(heard))
+        asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
+        wanted = asked or DEMANDS & {*words} or (strange and doing)
+        if told and self._asks_surely(phrase):
+            self._wish(phrase)
+        elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
             self.left.append(said)
         elif len(words) > 2 and told:
             self.passed[said] = "asking for nothing"
+
+    def _asks_surely(self, phrase: WayPhrase) -> bool:
+        """Whether the readers of instructions are sure of what words without a role ask for."""
+        heard = wishes_of(bare(self.way.resolved(phrase)), self.way.text.scene)
+        frames = _frames(heard)
+        kinds = all(isinstance(frame, Clearance | Figure | Height | Pace) for frame in frames)
+        return bool(frames) and kinds and all(w.outcome == "do" and not w.unused and not w.doubts for w in heard)
 
     def _wish(self, phrase: WayPhrase) -> None:
         """A wish as any instruction, where it is not about planning: a pace, a height, how a place is come to."""
@@ -297,22 +345,21 @@ class _Besides:
             heard = [on_part(wish, "after", place) for wish in heard]
             if any(isinstance(frame, Pace) for frame in _frames(heard)):
                 self.wishes = [on_part(wish, "before", place) for wish in self.wishes]
+        heard = self._with_places(phrase, heard)
         frames = _frames(heard)
         if any(isinstance(f, Figure) for f in frames) and (joined := self.way.joined(phrase)):
             self.left.append(joined)
         heard = self._without_levels(phrase, heard)
         if frames and not heard:
             return
-        if self._leads_on(phrase, frames):
-            self.passed[phrase.said] = "how the next place is come to"
-        elif not self._ends_there(phrase, frames):
+        if not self._ends_there(phrase, frames):
             self._take(phrase, heard)
 
     def _without_levels(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
         """The wishes but for a height of the way, which is planned, or that of a ring, which is planned with it."""
         heard = [part for wish in heard for part in level_apart(wish) if not self._of_an_end(phrase, part)]
         levels = {id(wish): level for wish in heard if (level := level_of([wish])) is not None}
-        height = next(iter(levels.values())).height if levels else None
+        height = next((level.height for level in levels.values() if not level.beyond), None)
         rings = [ring for w in heard for f in w.frames if (ring := self._ring(phrase, w, f, height)) is not None]
         self.rings += rings
         if not levels or (self.level is not None and not rings):
@@ -320,6 +367,20 @@ class _Besides:
         if not rings:
             self.level = next(iter(levels.values()))
         return [wish for wish in heard if id(wish) not in levels]
+
+    def _with_places(self, phrase: WayPhrase, heard: Sequence[Wish]) -> list[Wish]:
+        """The wishes with where a figure is that tells no place: "then" behind all places makes it the goal."""
+        first, words = phrase.pieces.start, self.way.text.words
+        then = "then" in words[max(first - 2, 0) : first + 2]
+        last = then and all(stop.phrase.span < phrase.span for stop in self.way.stops if stop.place)
+
+        def placed(frame: SemanticFrame) -> SemanticFrame:
+            if not isinstance(frame, Figure) or frame.place or frame.part != WHOLE or frame.shape in ("zigzag", "wave"):
+                return frame
+            middle = "middle" if frame.shape == "circle" else ""
+            return replace(frame, place="goal" if last else middle)
+
+        return [wish.with_frames(map(placed, wish.frames)) for wish in heard]
 
     def _of_an_end(self, phrase: WayPhrase, wish: Wish) -> bool:
         """Whether a height is that of an end of the way: "and end in front of the cup at a height of 1.5 m"."""
@@ -385,13 +446,31 @@ class _Besides:
     def _take(self, phrase: WayPhrase, heard: Sequence[Wish]) -> None:
         """Keep what was heard; nothing is done about what comes to nothing, unless it says what is carried."""
         carried = phrase.words[0] in CARRIERS and self.way.leads_to_a_place(phrase)
-        for wish in heard:
-            if wish.outcome != "decline":
+        for whole in heard:
+            wish = self._not_seen_to(phrase, whole)
+            if wish is None:
+                self.passed[whole.text] = "what is done anyway"
+            elif wish.outcome != "decline":
                 self.wishes.append(wish)
             elif carried and not (wish.frames or wish.unused or phrase.amounts):
                 self.passed[wish.text] = "asking for nothing"  # "take dirty sheets from the door"
             else:
                 self.left.append(wish.text)
+
+    def _not_seen_to(self, phrase: WayPhrase, wish: Wish) -> Wish | None:
+        """A wish without what a plan does anyway, as going straight, and without waypoints left out beside a speed."""
+        passing = any(stop.role == "via" for stop in self.way.stops)
+        sure = wish.outcome == "do" or "never" in phrase.classes  # "no sudden moves"
+        paced = any(isinstance(frame, Pace) for frame in wish.frames)
+
+        def idle(frame: SemanticFrame) -> bool:
+            anyway = isinstance(frame, Straighten) or (isinstance(frame, Smooth) and not passing)
+            return (anyway and sure and frame.part == WHOLE) or (paced and isinstance(frame, Trim | Resample))
+
+        kept = [frame for frame in wish.frames if not idle(frame)]
+        if kept and all(isinstance(frame, Smooth) for frame in kept) and "never" in phrase.classes:
+            wish = replace(wish, outcome="do", doubts=())  # "over the tray without any jerks"
+        return wish.with_frames(kept) if kept or not wish.frames else None
 
     def _heard(self, phrase: WayPhrase) -> list[Wish]:
         """What a wish comes to; one that lacks an object is about the one that was only mentioned before it."""
@@ -401,12 +480,19 @@ class _Besides:
             return [kept]
         heard = [self._without_ends(wish) for wish in wishes_of(said, text.scene)]
         if any(isinstance(frame, Clearance) and self.way.ends_at(frame.named) for frame in _frames(heard)):
-            heard = wishes_of(bare(self.way.resolved(phrase, passed=True)), text.scene)
+            heard = wishes_of(bare(self.way.resolved(phrase, passed=True, circled=self._circled())), text.scene)
         meant = text.meant_at(phrase.pieces.start) if [wish.outcome for wish in heard] == ["ask"] else None
+        if (spot := self._spotted(phrase)) and not all(wish.outcome == "do" for wish in heard):
+            return wishes_of(bare(spot), text.scene)
         if meant is None or not self._passed_or_aside(meant):
             return heard
         again = wishes_of(f"{said} from {the(meant.objects[0].name)}", text.scene)
         return heard if any(wish.outcome == "ask" for wish in again) else again
+
+    def _spotted(self, phrase: WayPhrase) -> str:
+        """The words of a phrase with the thing that is meant by "there" at its end: "under the lamp, slow there"."""
+        meant = self.way.text.meant_at(phrase.pieces.start) if phrase.words[-1] == "there" else None
+        return f"{phrase.said[: -len('there')]}near {the(meant.objects[0].name)}" if meant is not None else ""
 
     def _without_ends(self, wish: Wish) -> Wish:
         """A distance from everything as one from all but where the way begins and ends."""
@@ -417,7 +503,7 @@ class _Besides:
             others = tuple(name for name in frame.objects if not self.way.ends_at([name]))
             return replace(frame, objects=others or frame.objects)
 
-        return replace(wish, reading=replace(wish.reading, frames=tuple(map(kept, wish.frames))))
+        return wish.with_frames(map(kept, wish.frames))
 
     def _kept_alone(self, phrase: WayPhrase) -> Wish | None:
         """The distance that is all that a phrase tells, kept from its object, or from what is passed: "50 cm away"."""
@@ -434,10 +520,14 @@ class _Besides:
             return None
         if own is None and not EVERYTHING.isdisjoint(others):
             return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least"))
-        if not APART.issuperset(others) or meant is None or meant.unclear:
+        if not APART.issuperset(others) or (meant is not None and meant.unclear):
             return None
-        if not self._passed_or_aside(meant):
-            return None
+        if meant is None or not self._passed_or_aside(meant):
+            circled = self._circled()
+            meant = Location(objects=(text.scene[circled],)) if circled else self.way.passed_alone(phrase)
+        if meant is None or not self._passed_or_aside(meant):
+            far_from_all = own is None and not DISTANCE.isdisjoint(others)
+            return self._kept_from_all(phrase, Quantity(told[0].value, "m", "at_least")) if far_from_all else None
         name, far = meant.objects[0].name, Quantity(told[0].value, "m", "at_least")
         said = bare(self.way.resolved(phrase)) if own is not None else f"{bare(phrase.said)} from {the(name)}"
         return Wish(said, "do", Reading(frames=(Clearance(objects=(name,), distance=far),)))
@@ -453,11 +543,6 @@ class _Besides:
         """Whether a place is only passed, or mentioned and none of the way."""
         roles = {stop.role for stop in self.way.stops if same_place(stop.place, place)}
         return roles <= {"via"} and not self.way.ends_at([item.name for item in place.objects])
-
-    def _leads_on(self, phrase: WayPhrase, frames: Sequence[SemanticFrame]) -> bool:
-        """Whether a shift without a distance only leads to the place behind it: "come down to 30 cm over the cup"."""
-        open_ways = [f for f in frames if isinstance(f, Shift) and all(far is None for _, far in f.offset)]
-        return bool(frames) and len(open_ways) == len(frames) and self.way.leads_to_a_place(phrase)
 
     def _ends_there(self, phrase: WayPhrase, frames: Sequence[SemanticFrame]) -> bool:
         """Whether it tells how far from its object the way ends: "stopping short of it by 20 cm".
@@ -488,7 +573,7 @@ class _Besides:
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
         said = " ".join((*self.left, *self.passed)).lower()
-        self.left += [item for item in mentioned(self.way.text) if item not in named and item.lower() not in said]
+        self.left += [item for item, words in mentioned(self.way.text) if item not in named and words not in said]
         asking = [wish.text for wish in self.wishes if wish.outcome == "ask" and len(self.wishes) > 1]
         self.left += [text for text in asking if len(text.split()) > MANNER]
 
@@ -503,7 +588,10 @@ def _behind_verb(phrase: WayPhrase) -> str:
     return " ".join(phrase.words[verb + 1 :])
 
 
-ASKS, ASKS_STRANGELY = 0.5, 0.18
+DOING, BEFORE = frozenset(("do", "make", "perform", "execute", "draw")), 3
+"""With a word that nobody knows, these ask for something, so many words before it: "do a backflip"."""
+
+ASKS, ASKS_STRANGELY = 0.5, 0.28
 """How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
 
 MANNER = 2

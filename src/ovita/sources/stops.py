@@ -12,17 +12,14 @@ from ovita.sources.apart import read_apart
 from ovita.sources.phrases import (
     CARRIERS,
     DISMISSAL,
-    TYING,
     WAY,
     WayPhrase,
-    around,
-    part_of,
     phrases_of,
     places_among,
 )
 from ovita.sources.places import SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.tagging import Role
-from ovita.sources.wishes import TIES, wishes_of
+from ovita.sources.wishes import TIES
 
 BACK, FIRST, FINAL = map(way_words, ("again", "starting", "final"))
 
@@ -63,8 +60,7 @@ class WayStops:
 def read_stops(text: Text) -> WayStops:
     """Read which places a sentence names, and what each is for its way."""
     phrases = read_apart(text, phrases_of(text))
-    phrases, told = _held_together(text, phrases, _told(text, phrases))
-    phrases = [part for phrase in phrases for part in _trimmed(text, phrase, told)]
+    told = _told(text, phrases)
     denied = [stop for stop in told if stop.place is not None and _denied(text, phrases, stop)]
     kept = _repaired(text, [stop for stop in told if stop not in denied])
     return WayStops(phrases, told, denied, *_weighed(text, kept + _waited(text, phrases, kept)))
@@ -84,51 +80,6 @@ def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
     return found
 
 
-def _held_together(
-    text: Text, phrases: Sequence[WayPhrase], told: Sequence[WayStop]
-) -> tuple[list[WayPhrase], list[WayStop]]:
-    """The phrases and stops with places that only say where a wish or a wait counts as a part of it.
-
-    "A -> B -> C, slow between B and C" passes nothing between them.
-    """
-    found, stops = list[WayPhrase](), list(told)
-    for phrase in phrases:
-        mine = [stop for stop in stops if stop.phrase is phrase]
-        said = found[:-1] if found and found[-1].role is None and all(map(is_filler, found[-1].words)) else found
-        if said and mine and _counts_there(text, said[-1], mine, [stop for stop in stops if stop not in mine]):
-            found = [*said[:-1], part_of(text, said[-1], range(said[-1].pieces.start, phrase.pieces.stop))]
-            stops = [stop for stop in stops if stop not in mine]
-        else:
-            found.append(phrase)
-    return found, stops
-
-
-def _counts_there(text: Text, before: WayPhrase, mine: Sequence[WayStop], others: Sequence[WayStop]) -> bool:
-    """Whether a phrase that follows a wish or a wait at once only says where that counts, at places told elsewhere."""
-    (phrase, *_), role = [stop.phrase for stop in mine], mine[0].phrase.role
-    between = text.words[before.pieces.stop - 1 : phrase.pieces.start]
-    at_once = len(before.pieces) > 0 and TYING.isdisjoint(between) and all(map(is_filler, between[1:]))
-    elsewhere = {item.name for stop in others if stop.place for item in stop.place.objects}
-    names = {item.name for stop in mine if stop.place for item in stop.place.objects}
-    ends = role == "via" or any(stop.role == role for stop in others)
-    if not (at_once and ends and names and names <= elsewhere):
-        return False
-    if before.role == "wait":
-        return "it" in phrase.words
-    if before.role != "wish":
-        return False
-    said = text.text[before.span[0] : phrase.span[1]]
-    frames = [frame for wish in wishes_of(said, text.scene) for frame in wish.frames]
-    return bool(frames) and all(names <= {*map(str, frame.part.places)} for frame in frames)
-
-
-def _trimmed(text: Text, phrase: WayPhrase, stops: Sequence[WayStop]) -> list[WayPhrase]:
-    """A phrase without what a place before it took of it: "past the cup | on its right, 20 cm away"."""
-    taken = [stop.pieces for stop in stops if stop.place and phrase.pieces.start in stop.pieces[1:]]
-    own = any(stop.phrase is phrase for stop in stops)
-    return [phrase] if own or not taken else around(text, phrase, taken[0])
-
-
 def _bare(text: Text, phrase: WayPhrase) -> list[WayStop]:
     """The place that is all that a phrase holds: "box plate"."""
     words = [k for k in phrase.pieces if text.words[k][0].isalnum()]
@@ -143,7 +94,9 @@ def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
     if found:
         return _row(text, phrase, found)
     if BACK & {*phrase.words}:
-        return [WayStop(phrase, phrase.role, None, phrase.pieces, back=True)]
+        onward = text.words[phrase.pieces.start : phrase.pieces.stop + 4]  # "then back to normal speed"
+        paced = ("back", "to") in pairwise(onward) and not PACES.isdisjoint(onward)
+        return [WayStop(phrase, phrase.role, None, phrase.pieces, back=not paced)]
     lacking = _lacking(text, phrase)
     left = phrase.said if phrase.measured and not lacking else ""
     return [WayStop(phrase, phrase.role, None, phrase.pieces, lacking, left)]
@@ -178,6 +131,9 @@ def _row(text: Text, phrase: WayPhrase, found: Sequence[tuple[Location, range]])
         stops.append(WayStop(phrase, phrase.role, place, pieces))
     return [*stops[:-1], replace(stops[-1], left=_left(text, phrase, stops[-1], found))]
 
+
+PACES = frozenset(("speed", "pace", "velocity"))
+"""What the way does not lead back to."""
 
 PAST = frozenset(("past", "pass", "passing", "passes"))
 
@@ -314,6 +270,8 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
     _without_rivals(text, stops, found)
     for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
         between = {*text.words[one.pieces.stop : two.pieces.start]}
+        onward = pairwise(text.words[one.pieces.stop : two.pieces.stop])
+        between |= {"then"} if ("on", "to") in onward else set()
         listed_alike = one.phrase is two.phrase and one.role != "via"
         if "->" in between or listed_alike or "then" in between:
             first.add("goal")

@@ -14,6 +14,7 @@ from ovita.sources.stops import WayStop, same_place, stops_of
 from ovita.sources.wishes import Wish, wishes_of
 
 TOWARD = way_words("toward")
+VIA_POINT = frozenset(("via", "point"))
 ENDS = (("start", way_words("before leaving")), ("goal", way_words("arrived") - {"there"}))
 """The ends of a way, with the words that say that a wait is there."""
 
@@ -80,6 +81,9 @@ class Waits:
             said = {end for end, phrases in ENDS for k in range(len(words)) if phrase_at(words, k, phrases)[1]}
             if len(said) == 1:
                 return [*said]
+        passed = [stop.place for stop in way.stops if stop.role == "via" and stop.place and stop.place.objects]
+        if own is None and VIA_POINT <= {*phrase.words} and len(passed) == 1:
+            return [self._spot(passed[0])]
         told = [f.place for wish in heard for f in wish.frames if isinstance(f, Wait)]
         if own is None and "there" not in phrase.words and {"start", "goal"} & {*map(str, told)}:
             return [str(place) for place in told if place in ("start", "goal")][:1]

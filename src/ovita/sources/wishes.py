@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 from ovita.instruct.frames import (
+    Approach,
     Clearance,
     Extend,
     Figure,
@@ -18,10 +19,11 @@ from ovita.instruct.frames import (
     SemanticFrame,
     Shift,
     Smooth,
+    StopAt,
     Wait,
     same,
 )
-from ovita.instruct.lexicon import term_at
+from ovita.instruct.lexicon import amount_at, term_at
 from ovita.instruct.referee import DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -29,7 +31,7 @@ from ovita.sources.heights import HeightTold, height_in
 from ovita.sources.laps import Lap, lap_in
 from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
-TIES, ONWARD, COURTESIES = map(way_words, ("tie", "onward", "courtesy"))
+TIES, ONWARD, COURTESIES, MOVED = map(way_words, ("tie", "onward", "courtesy", "moved"))
 STARTING, FINISHING, HOLDING = map(way_words, ("set off", "come in", "holding"))
 
 
@@ -64,21 +66,28 @@ class Wish:
 
     def without(self, frames: Sequence[SemanticFrame]) -> Wish:
         """The wish but for some frames, which are seen to otherwise."""
-        kept = tuple(frame for frame in self.frames if frame not in frames)
-        return replace(self, reading=replace(self.reading, frames=kept))
+        return self.with_frames(frame for frame in self.frames if frame not in frames)
+
+    def with_frames(self, frames: Iterable[SemanticFrame]) -> Wish:
+        """The wish with other frames."""
+        return replace(self, reading=replace(self.reading, frames=tuple(frames)))
 
 
 @dataclass(frozen=True)
 class Level:
-    """A height over the ground to go at between the ends of the way.
+    """A height to go at between the ends of the way.
 
     Args:
-        height: [m].
+        height: Over the ground, or what the way is to be higher or lower by [m]; None where that is left open.
         least: Whether higher is as good.
+        beyond: Whether it is higher than both ends, or lower, by the height; "" for a height over the ground.
+        halfway: Whether it is that of the middle of the way only.
     """
 
-    height: float
-    least: bool
+    height: float | None
+    least: bool = False
+    beyond: Literal["", "up", "down"] = ""
+    halfway: bool = False
 
 
 def bare(said: str) -> str:
@@ -95,7 +104,7 @@ def wishes_of(said: str, scene: Scene) -> list[Wish]:
     """What a phrase of wishes comes to; a height over the ground that stands in it is a wish of its own."""
     told = height_in(said, lambda words: bool(mentioned_in(words, scene)))
     if told is None:
-        return _around(said, scene) or _onward(said, scene) or _apart(said, scene)
+        return _around(said, scene) or _above(said, _apart(said, scene), scene)
     role: Role = "at_least" if told.least else "to"
     level = Wish(told.words, "do", Reading(frames=(Height(level=Quantity(told.height, "m", role)),)), height=told)
     rest = "" if HOLDING.issuperset(told.rest.lower().split()) else bare(told.rest)
@@ -124,13 +133,17 @@ def _lies_low(wish: Wish) -> bool:
     return len(shifts) == len(wish.frames) == 1 and shifts[0] in ((("down", None),), (("up", None),))
 
 
-def _onward(said: str, scene: Scene) -> list[Wish]:
-    """How a phrase says to go on, if that is a speed: "carry on faster"; else nothing."""
-    words = bare(said).split()
-    used = phrase_at([word.lower() for word in words], 0, ONWARD)[1]
-    heard = _apart(" ".join(words[used:]), scene) if 0 < used < len(words) else []
-    paces = all(wish.frames and all(isinstance(frame, Pace) for frame in wish.frames) for wish in heard)
-    return heard if paces else []
+def _above(said: str, heard: list[Wish], scene: Scene) -> list[Wish]:
+    """What was heard, with a figure that is told over a thing as one at it: "a small spiral over the bin"."""
+    shapes = [frame.shape for wish in heard for frame in wish.frames if isinstance(frame, Figure)]
+    if not shapes or all(wish.outcome == "do" for wish in heard):
+        return heard
+    again = _apart(" ".join("at" if word.lower() in MADE_AT else word for word in said.split()), scene)
+    return again if all(wish.outcome == "do" and wish.frames for wish in again) else heard
+
+
+MADE_AT = frozenset(("over", "above", "around", "round"))
+"""With a figure, these tell where it is made and not what it leads over."""
 
 
 def _apart(said: str, scene: Scene) -> list[Wish]:
@@ -139,6 +152,9 @@ def _apart(said: str, scene: Scene) -> list[Wish]:
     texts = map(bare, said.replace(";", ",").replace(" and ", ", ").split(", "))
     parts = [read_wish(part, scene) for part in texts if part]
     sure = [part for part in parts if part.outcome == "do"]
+    told = [len(frame.quantities) for frame in whole.frames if isinstance(frame, Clearance)]
+    if whole.outcome == "do" and 0 < sum(len(f.quantities) for part in parts for f in part.frames) <= sum(told):
+        return [whole]  # "not near the bottle, minimum one metre"
     if 1 < len(parts) == len(sure) and (whole.outcome != "do" or len(whole.frames) < len(parts)):
         return parts
     if whole.outcome == "needs_confirmation" and _say_all(sure, parts, whole):
@@ -158,13 +174,58 @@ def _say_all(sure: Sequence[Wish], parts: Sequence[Wish], whole: Wish) -> bool:
 def read_wish(said: str, scene: Scene) -> Wish:
     """What a phrase comes to as a whole: a word too many that asks for nothing does not put it in doubt."""
     verdict = understand(said, scene)
-    upright = all(isinstance(frame, Figure | Smooth | Clearance) for frame in verdict.reading.frames)
+    verdict = replace(verdict, unused=tuple(word for word in verdict.unused if not _told(word, verdict.reading)))
+    open_words = [word for word in verdict.unused if not _paced(word, verdict.reading)]
+    upright = all(isinstance(frame, Figure | Smooth | Clearance | Pace) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
-    plain = verdict.by == "both" or not verdict.unused
-    doubts = () if _moderate(said, verdict) else verdict.doubts
+    plain = verdict.by == "both" or not open_words
+    doubts = () if _moderate(said, verdict) or _kept_off(said, verdict) else verdict.doubts
     sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
-    return _at_an_end(_with_pace(Wish(said, outcome, verdict.reading, verdict.unused, doubts)))
+    return _at_an_end(_with_pace(_rising(Wish(said, outcome, verdict.reading, verdict.unused, doubts))))
+
+
+def _rising(wish: Wish) -> Wish:
+    """A spiral that its words say to rise, by no amount yet: "let it rise in a spiral"."""
+    rising = [word for word in wish.unused if term_at([word.lower()], 0)[0] == "up"]
+    spiral = len(wish.frames) == 1 and isinstance(wish.frames[0], Figure) and wish.frames[0].shape == "spiral"
+    if not (rising and spiral) or wish.doubts:
+        return wish
+    unused = tuple(word for word in wish.unused if word not in rising)
+    outcome: Outcome = wish.outcome if unused else "do"
+    risen = (replace(frame, rise=Quantity(1.0)) for frame in wish.frames if isinstance(frame, Figure))
+    return replace(wish.with_frames(risen), unused=unused, outcome=outcome)
+
+
+def _told(word: str, reading: Reading) -> bool:
+    """Whether a word that a reader leaves out tells what is read, or only what is moved: "let the camera wave"."""
+    shapes = {frame.shape for frame in reading.frames if isinstance(frame, Figure)}
+    kind = term_at([word.lower()], 0)[0]
+    along = {direction for frame in reading.frames if isinstance(frame, Shift) for direction, _ in frame.offset}
+    parts = {frame.part.kind for frame in reading.frames}
+    degrees = {frame.degree for frame in reading.frames}
+    if HEIGHTS.get(word.lower(), "") in along or ENDS.get(word.lower(), "") in parts:
+        return True
+    if kind == term_at(["very"], 0)[0] and "large" in degrees:
+        return True
+    return word.lower() in MOVED or kind in shapes or (kind in WAVY and not WAVY.isdisjoint(shapes))
+
+
+HEIGHTS = {"high": "up", "up": "up", "low": "down", "down": "down"}
+"""Words that tell to go higher or lower once more: "stay up high"."""
+
+ENDS = {"first": "first", "start": "first", "beginning": "first", "last": "last", "end": "last", "finish": "last"}
+"""Words that tell a part of the way by its end."""
+
+WAVY = frozenset(("wave", "waves", "zigzag"))
+"""Classes of words, and figures, that go from side to side."""
+
+
+def _paced(word: str, reading: Reading) -> bool:
+    """Whether a word that a reader leaves out tells a speed where none is read, see `_with_pace`."""
+    return term_at([word.lower()], 0)[0] in ("slower", "faster") and not any(
+        isinstance(frame, Pace) for frame in reading.frames
+    )
 
 
 def _with_pace(wish: Wish) -> Wish:
@@ -204,6 +265,16 @@ def _moderate(said: str, verdict: Understanding) -> bool:
     return much and not more and isinstance(frame, Pace) and frame.change == "slower"
 
 
+def _kept_off(said: str, verdict: Understanding) -> bool:
+    """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
+    words = said.lower().replace(",", " ").split()
+    kinds = [term_at([word], 0)[0] for word in words]
+    if any(amount_at(words, k) is not None for k in range(len(words))):
+        return False  # "not near the bottle, minimum one metre"
+    away = all(isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
+    return away and bool(verdict.reading.frames) and "never" in kinds and bool({"closer", "near"} & {*kinds})
+
+
 MUCH = (["too"], ["so"], ["very"], ["overly"])
 """What stands between a "not" and a speed that is only to be none too high."""
 
@@ -228,17 +299,25 @@ HEARD = 0.72
 
 def level_of(heard: Sequence[Wish]) -> Level | None:
     """The height over the ground at which the whole way is to go, if that is all that is asked for."""
-    if len(heard) != 1 or heard[0].outcome != "do" or len(heard[0].frames) != 1:
+    if len(heard) != 1 or len(heard[0].frames) != 1:
         return None
-    (frame,) = heard[0].frames
+    (frame,), plain = heard[0].frames, not (heard[0].doubts or heard[0].unused)
+    if isinstance(frame, Shift) and frame.part == WHOLE and len(frame.offset) == 1 and plain:
+        (direction, far), *_ = frame.offset
+        if direction not in ("up", "down") or (far is not None and far.unit != "m"):
+            return None
+        return Level(None if far is None else far.value, beyond="up" if direction == "up" else "down")
+    if heard[0].outcome != "do":
+        return None
     if not isinstance(frame, Height) or frame.of or frame.part != WHOLE or frame.level.role not in ("to", "at_least"):
         return None
-    return Level(frame.level.value, frame.level.role == "at_least")
+    told = heard[0].height
+    return Level(frame.level.value, frame.level.role == "at_least", halfway=told is not None and told.halfway)
 
 
 def level_apart(wish: Wish) -> list[Wish]:
     """A wish with the height of the whole way that it holds besides as one of its own."""
-    alone = [replace(wish, reading=replace(wish.reading, frames=(frame,))) for frame in wish.frames]
+    alone = [wish.with_frames((frame,)) for frame in wish.frames]
     levels = [one for one in alone if level_of([one]) is not None]
     return [wish.without(levels[0].frames), *levels] if len(levels) == 1 < len(alone) else [wish]
 
@@ -250,8 +329,7 @@ def open_ended(frame: SemanticFrame) -> bool:
 
 def without_going_on(wish: Wish) -> Wish:
     """A wish without what only goes on."""
-    kept = tuple(frame for frame in wish.frames if not open_ended(frame))
-    return replace(wish, reading=replace(wish.reading, frames=kept))
+    return wish.with_frames(frame for frame in wish.frames if not open_ended(frame))
 
 
 def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
@@ -259,19 +337,33 @@ def on_part(wish: Wish, kind: Literal["before", "after"], place: str) -> Wish:
     part = PathPart(kind, places=(place,))
     varied = (isinstance(f, Pace) and f.part == WHOLE and f.change in ("faster", "slower", "set") for f in wish.frames)
     frames = (replace(f, part=part) if here else f for f, here in zip(wish.frames, varied, strict=True))
-    return replace(wish, reading=replace(wish.reading, frames=tuple(frames)))
+    return wish.with_frames(frames)
 
 
 def without_twins(wishes: Sequence[Wish]) -> list[Wish]:
-    """Wishes but for a change of speed, or a wait, by no amount that another one tells: "take it easy, half speed"."""
+    """Wishes but for what another one tells as well, as exactly or by an amount: "take it easy, half speed"."""
     told = [_subject(frame) for wish in wishes for frame in wish.frames if frame.quantities]
+    found, known = list[Wish](), list[SemanticFrame]()
+    for wish in wishes:
+        kept = [frame for frame in wish.frames if frame not in known and not _twin(frame, told)]
+        known += kept
+        found += [wish.with_frames(kept)] if kept or not wish.frames else []
+    return found
 
-    def twin(frame: SemanticFrame) -> bool:
-        return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
-    return [wish for wish in wishes if not wish.frames or not all(map(twin, wish.frames))]
+def _twin(frame: SemanticFrame, told: Sequence[object]) -> bool:
+    """Whether a frame tells by no amount what another one tells: a speed, a stop where there is a wait, a distance."""
+    if isinstance(frame, StopAt):
+        return ("wait", frame.place) in told
+    if isinstance(frame, Approach):
+        return frame.sense == "farther" and ("clear", frame.objects) in told
+    return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
 
 def _subject(frame: SemanticFrame) -> object:
-    """What a change of speed or a wait is about, whatever its amount."""
-    return (frame.change, frame.part) if isinstance(frame, Pace) else getattr(frame, "place", None)
+    """What a change of speed, a wait or a distance is about, whatever its amount."""
+    if isinstance(frame, Pace):
+        return frame.change, frame.part
+    if isinstance(frame, Clearance):
+        return "clear", frame.objects
+    return ("wait", frame.place) if isinstance(frame, Wait) else None

@@ -17,7 +17,7 @@ import numpy as np
 from ovita.chain import adapt, enforced, to_confirm
 from ovita.dialogue.session import Session
 from ovita.errors import RequestError
-from ovita.instruct.frames import Pace, Quantity, SemanticFrame, Wait
+from ovita.instruct.frames import Pace
 from ovita.limits import ConstraintOptions, verify
 from ovita.paths.part import WHOLE
 from ovita.paths.robot import Robot
@@ -25,11 +25,11 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.request import MAX_INSTRUCTION, Request
 from ovita.result import Adaptation, Status, explain
+from ovita.sources.fitting import fitted
 from ovita.sources.places import APPROACH, SIDES, Anchor, Location, Text
 from ovita.sources.planner import TIME_LIMIT, WAYPOINTS, Plan, Planner, PlanRequest, planned, planner_named
-from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, kept_clear, leveled
+from ovita.sources.room import around_passed, beneath_barred, capped, enlarged, leveled
 from ovita.sources.route import Route, read_route
-from ovita.sources.stops import same_place
 from ovita.sources.wishes import Wish
 from ovita.text import called_as, length, number, sentence, the
 from ovita.writers.base import PolicyWriter, Progress, Prompt, Reply, WriterChain, writer_named
@@ -254,7 +254,7 @@ def _adapted(
     """A planned path adapted to what the sentence asks for besides the way."""
     scene, robot = request.scene, request.robot
     if route.rest:
-        wishes = tuple(kept_clear(_on_the_stretch(wish, route, request, path), request) for wish in route.wishes)
+        wishes = tuple(fitted(wish, route, request, path) for wish in route.wishes)
         asked = Request(route.rest, path, scene, robot, origin=f"planned {request.told}")
         result = adapt(asked, **(stages | {"writer": _with_wishes(stages["writer"], wishes)}))
         doubts = (*route.doubts, *_moved_ends(path, result))
@@ -266,51 +266,6 @@ def _adapted(
     way = f"{length(path.length)} at up to {number(float(path.speeds.max()))} m/s"
     told = sentence(f"Plan the way {request.told}: {way}")
     return _whole(result, instruction, told, (*route.notes, *_near(route, robot)))
-
-
-def _on_the_stretch(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
-    """A wish whose shares of a stretch are shares of the whole way: "to the cup and half way wait, then to the box"."""
-    wish = _where_passed(wish, route, request, path)
-    told = [place for place in (route.start, *route.via, route.goal) if place is not None]
-    ends = [k for k, place in enumerate(told) if k and same_place(place, wish.stretch)]
-    if not ends:
-        return wish
-    begin = 0.0 if ends[0] == 1 else _share_at(told[ends[0] - 1], request, path)
-    end = 1.0 if ends[0] == len(told) - 1 else _share_at(told[ends[0]], request, path)
-
-    def whole(frame: SemanticFrame) -> SemanticFrame:
-        if not isinstance(frame, Wait) or not (frame.place == "middle" or isinstance(frame.place, Quantity)):
-            return frame
-        share = frame.place.value if isinstance(frame.place, Quantity) else 0.5
-        return replace(frame, place=Quantity(begin + share * (end - begin), "%", "at"))
-
-    frames = tuple(map(whole, wish.frames))
-    return replace(wish, reading=replace(wish.reading, frames=frames))
-
-
-def _where_passed(wish: Wish, route: Route, request: PlanRequest, path: Trajectory) -> Wish:
-    """A wish whose waits at an object are where the way passes it as it was told, where it comes nearer elsewhere."""
-
-    def there(frame: SemanticFrame) -> SemanticFrame:
-        passed = [p for p in route.via if [item.name for item in p.objects] == [getattr(frame, "place", None)]]
-        if not isinstance(frame, Wait) or len(passed) != 1:
-            return frame
-        share, far = _share_at(passed[0], request, path), passed[0].objects[0].distance(path.positions)
-        nearest = float(path.arc_length[int(far.argmin())] / path.arc_length[-1])
-        return frame if abs(nearest - share) < SAME else replace(frame, place=Quantity(share, "%", "at"))
-
-    return replace(wish, reading=replace(wish.reading, frames=tuple(map(there, wish.frames))))
-
-
-SAME = 0.02
-"""Shares of a path that are as good as one."""
-
-
-def _share_at(place: Location, request: PlanRequest, path: Trajectory) -> float:
-    """The share of a path's length at which it passes a place."""
-    names = tuple(item.name for item in place.objects)
-    there = next(a.position for a in request.via if a.objects == names and (names or a.label == place.label))
-    return float(path.arc_length[int(np.linalg.norm(path.positions - there, axis=1).argmin())] / path.arc_length[-1])
 
 
 @dataclass(frozen=True)
@@ -363,12 +318,7 @@ def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
     up = scene.frame.direction("up")
     found = []
     for place in (place for place in route.via if place.relation in SIDES):
-        away = dense - place.objects[0].position
-        away -= np.outer(away @ up, up)
-        nearest = away[int(np.linalg.norm(away, axis=1).argmin())]
-        side = scene.frame.direction(place.relation) if place.away is None else np.array(place.away)
-        beside = float(nearest @ side)
-        if beside < 0.5 * float(np.linalg.norm(nearest)) or beside <= 0.0:
+        if not _beside(place, dense, scene):
             found.append(f"It would also pass {the(place.objects[0].name)} on another side.")
     found += [f"It would not pass {place.label}." for place in route.via if _missed(place, dense, up)]
     for item in (scene[name] for name in route.barred):
@@ -377,6 +327,21 @@ def _otherwise(route: Route, path: Trajectory, scene: Scene) -> tuple[str, ...]:
         if len(shadow) and float(item.clearance(shadow).min()) <= 0.0:
             found.append(f"It would lead over {the(item.name)}.")
     return tuple(found)
+
+
+def _beside(place: Location, dense: Array, scene: Scene) -> bool:
+    """Whether a path (N, 3) is on the side of an object that was said where it is level with it, or nearest to it."""
+    item, up = place.objects[0], scene.frame.direction("up")
+    side = scene.frame.direction(str(place.relation)) if place.away is None else np.array(place.away)
+    away = dense - item.position
+    away -= np.outer(away @ up, up)
+    along = np.cross(up, side)
+    reach = float(np.abs(item.rotation.T @ along) @ item.size) / 2.0
+    level, far = (away @ side)[np.abs(away @ along) <= max(reach, OFF)], np.linalg.norm(away, axis=1)
+    nearest = int(far.argmin())
+    return (len(level) > 0 and float(level.min()) > 0.0) or float(away[nearest] @ side) >= 0.5 * float(
+        far[nearest]
+    ) > 0.0
 
 
 def _missed(place: Location, dense: Array, up: Array) -> bool:
