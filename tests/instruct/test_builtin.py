@@ -160,6 +160,9 @@ COUNTS = [
     ("merge the waypoints in threes", "waypoints merge=3"),
     ("one could go slower near the cup", "pace slower @near=cup"),
     ("a figure of eight at the fan", "eight at=fan"),
+    ("go left by a good metre", "move left=1m"),
+    ("come to a halt one foot shy of the fan", "stop at=fan by=1ft"),
+    ("stop 15 cm before the cup", "stop at=cup by=15cm"),
     ("a spiral of max radius 10 cm at the fan", "spiral at=fan radius=10cm"),
 ]
 DENIED = [

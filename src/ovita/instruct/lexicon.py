@@ -512,10 +512,15 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
         return Amount(share * factor, unit, begin + used - i) if used and measured else None
     if at >= len(words) or words[i] not in ("a", "an"):
         return None
-    unit, factor, used = unit_at(words, i + 1)
+    at = i + 1 + (words[i + 1 : i + 2] != [] and words[i + 1] in FULL)
+    unit, factor, used = unit_at(words, at)
     timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
-    measured = unit in ("m", "m/s") and words[i + 1] not in ("m", "unit", "units")
-    return Amount(factor, unit, 1 + used) if used and (timed or measured) else None
+    measured = unit in ("m", "m/s") and words[at] not in ("m", "unit", "units")
+    return Amount(factor, unit, at - i + used) if used and (timed or measured) else None
+
+
+FULL = frozenset("good full whole solid clear generous decent".split())
+"""What may stand before a unit: "a good foot"."""
 
 
 Degree = Literal["slight", "moderate", "large"]
