@@ -161,6 +161,8 @@ COUNTS = [
     ("one could go slower near the cup", "pace slower @near=cup"),
     ("a figure of eight at the fan", "eight at=fan"),
     ("go left by a good metre", "move left=1m"),
+    ("v *= 0.5 near the cup", "pace set to=0.5x @near=cup"),
+    ("first 2 s: v*0.5", "pace set to=0.5x @first=2s"),
     ("come to a halt one foot shy of the fan", "stop at=fan by=1ft"),
     ("stop 15 cm before the cup", "stop at=cup by=15cm"),
     ("a spiral of max radius 10 cm at the fan", "spiral at=fan radius=10cm"),

@@ -52,5 +52,10 @@ def test_words_keep_their_places():
     assert repaired(text, SCENE).find("and go up") == text.find("and go up")
 
 
+@pytest.mark.parametrize("said", ["", ".", "no", "I mean", "no, no, 5", "wait"])
+def test_next_to_nothing_is_read_without_an_error(said):
+    assert understand(said, SCENE).outcome in ("ask", "decline", "needs_confirmation", "do")
+
+
 def test_an_order_that_is_taken_back_is_not_done():
     assert understand("stop at the cup, no, don't stop", SCENE).outcome != "do"

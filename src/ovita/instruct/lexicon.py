@@ -313,6 +313,14 @@ def is_digits(word: str) -> bool:
     return _DIGITS.fullmatch(word) is not None
 
 
+_PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%)\b)")
+
+
+def with_products(text: str) -> str:
+    """A text as long as it was with "v *= 0.5" as "v 0.5x"."""
+    return _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
+
+
 def amount_at(words: Sequence[str], i: int) -> Amount | None:
     """The amount that begins at word i ("20 cm", "thirty five percent", "half a metre", "a couple of seconds")."""
     if words[i] in ("factor", "times"):

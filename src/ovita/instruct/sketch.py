@@ -179,7 +179,7 @@ def _without_ending(piece: Fragment) -> list[Fragment]:
 def _attached(pieces: list[Fragment]) -> list[Fragment]:
     """Join "b4" and drop the endings of ordinals."""
     joined: list[Fragment] = []
-    for piece, behind in zip(pieces, [*pieces[1:], None], strict=True):
+    for piece, behind in zip(pieces, [*pieces[1:], None], strict=False):
         last = joined[-1] if joined else None
         if last is not None and last.words and piece.words and last.words[1] == piece.words[0]:
             both = (last.text + piece.text).lower()
