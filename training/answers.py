@@ -1,8 +1,8 @@
 """What the built-in writer's answers to the corpus amount to, judged by executable checks.
 
 `python training/answers.py [voices|held_out|FOLDER]`: right, right after one yes, shown but not meant, asked or
-declined, and silently wrong, voice by voice; it prints no sentence. A sentence that asks for nothing is right if
-nothing is done.
+declined, said to be not as meant, and silently wrong, voice by voice; it prints no sentence. A sentence that asks for
+nothing is right if nothing is done.
 """
 
 from __future__ import annotations
@@ -28,7 +28,15 @@ from ovita.toolkit import judge
 from ovita.writers.base import Reply, ground
 from ovita.writers.generate import BuiltinWriter
 
-KINDS = ("right", "after a yes", "shown, not meant", "asked or declined", "rightly refused", "silently wrong")
+KINDS = (
+    "right",
+    "after a yes",
+    "shown, not meant",
+    "asked or declined",
+    "rightly refused",
+    "not as meant",
+    "silently wrong",
+)
 
 
 def judged(line: Example) -> str:
@@ -42,7 +50,19 @@ def judged(line: Example) -> str:
         return "asked or declined"
     if passes(line, reply, trajectory, scene):
         return "after a yes" if reply.confirm else "right"
-    return "shown, not meant" if reply.confirm else "silently wrong"
+    if reply.confirm:
+        return "shown, not meant"
+    return "silently wrong" if promised(reply, trajectory, scene) else "not as meant"
+
+
+def promised(reply: Reply, trajectory: Trajectory, scene: Scene) -> bool:
+    """Whether a policy keeps what it promises; where it does not, the result is told to be not as meant."""
+    try:
+        rows, recorder = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)
+    except (OvitaError, ValueError, IndexError, KeyError):
+        return False
+    adapted = Trajectory.from_array(rows)
+    return all(judge(promise, trajectory, adapted, scene).held for promise in recorder.expectations)
 
 
 def passes(line: Example, reply: Reply, trajectory: Trajectory, scene: Scene) -> bool:
@@ -52,15 +72,16 @@ def passes(line: Example, reply: Reply, trajectory: Trajectory, scene: Scene) ->
     so and is else the writer's, it is held to what the policy promises of it.
     """
     try:
-        rows, recorder = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)
+        rows, _ = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)
         adapted = Trajectory.from_array(rows)
         if expected(line.frames, trajectory, scene).judge(trajectory, adapted, scene).passed:
             return True
         rest = tuple(frame for frame in reply.frames if unaimed(frame) == frame)
         if not same(reply.frames, line.frames) or len(rest) == len(reply.frames):
             return False
-        kept = all(judge(promise, trajectory, adapted, scene).held for promise in recorder.expectations)
-        return kept and (not rest or bool(expected(rest, trajectory, scene).judge(trajectory, adapted, scene).passed))
+        if not promised(reply, trajectory, scene):
+            return False
+        return not rest or bool(expected(rest, trajectory, scene).judge(trajectory, adapted, scene).passed)
     except (OvitaError, ValueError, IndexError, KeyError):
         return False
 

@@ -287,7 +287,7 @@ def _ramp(case: _Asked, frame: F.Pace, sense: Literal["rising", "falling"]) -> C
 
 
 def _bounded(case: _Asked, frame: F.Pace, bound: str) -> Check:
-    slack, otherwise = 0.1 if case.has(F.Resample) else 0.02, not case.beside(frame, *PACING)
+    slack, otherwise = 0.1 if case.has(F.Resample) else 0.02, not case.beside(frame, *PACING, F.Reverse)
     value = {bound: frame.amount.value if frame.amount else 0.0}
     return asked.speed_within(**value, where=case.where(frame), otherwise=otherwise, slack=slack)
 
