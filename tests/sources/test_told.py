@@ -100,7 +100,17 @@ def test_then_faster_counts_behind_what_was_told_before(said):
     assert parts == ["after"]
 
 
-@pytest.mark.parametrize("reason", ["it tips over easily", "dad is up on the tower", "so she doesn't see it"])
+@pytest.mark.parametrize(
+    "reason",
+    [
+        "it tips over easily",
+        "dad is up on the tower",
+        "so she doesn't see it",
+        "while I note the number",
+        "or we lose sight of it",
+        "like when they water the lawn",
+    ],
+)
 def test_a_statement_asks_for_nothing(reason):
     route = read_route(f"From the shed to the bench, slowly, {reason}", YARD)
     assert [type(f).__name__ for wish in route.wishes for f in wish.frames] == ["Pace"]

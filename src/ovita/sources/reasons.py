@@ -23,6 +23,9 @@ BIDDEN = TIES | {"do", "don't", "dont"}
 LINKING = frozenset(("to", "be", "been"))
 """Words with which a way is told only where a place is named."""
 
+PERSONS = frozenset("i we you they he she".split())
+"""Subjects with which a ground may be said together."""
+
 SUBJECT = 7
 """Words in front of the verb of a clause, at most."""
 
@@ -59,6 +62,8 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
     if said == "as" and _compares(text, k, end):
         return None
     begin = k + used
+    if said.split()[-1] in PERSONS:  # "while I read it"
+        return ReasonClause(range(k, end), begin) if begin < end and TELLING.isdisjoint(text.words[begin:end]) else None
     verb = next((n for n in range(begin, min(end, begin + SUBJECT)) if text.words[n] in FINITE), None)
     if verb is None or (verb == begin and "'" not in text.words[verb]):
         return None  # without a subject: "as is"
