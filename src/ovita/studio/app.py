@@ -107,6 +107,10 @@ class Studio:
             self._put_away(view, used)
         with _quiet():
             self.server.stop()
+            # it waits for its thread for a second only, and what a busy machine's thread says later would be printed
+            thread = getattr(getattr(self.server, "_websock_server", None), "_server_thread", None)
+            if isinstance(thread, threading.Thread):
+                thread.join(STOPPING_S)
 
     def wait(self) -> None:
         """Block until the process is interrupted."""
@@ -246,6 +250,10 @@ def _free_port(host: str, port: int) -> int:
     except (OSError, OverflowError) as error:
         why = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise RequestError(f"the studio cannot listen on {host}:{port}: {why.lower()}; choose another --port") from None
+
+
+STOPPING_S = 10.0
+"""How long the server's thread may take to end [s]."""
 
 
 @contextlib.contextmanager
