@@ -23,6 +23,8 @@ SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase
         ("forward a bit, I mean backward a bit", "move back deg=slight"),
         ("10 cm to the left, I mean 12 cm", "move left=12cm"),
         ("go left, no, right, 4 cm", "move right=4cm"),
+        ("go left 3 cm, no, right 5", "move right=5cm"),
+        ("move 3 inches left, no, 5", "move left=5in"),
         ("wait 3 seconds, make that 5, at the cup", "wait at=cup for=5s"),
     ],
 )

@@ -31,7 +31,7 @@ FEW = 5
 
 
 def repaired(text: str, scene: Scene, positions: Array | None = None) -> str:
-    """An utterance without what its speaker takes back, as long as it was.
+    """An utterance without what its speaker takes back; its words keep their places, but for a unit taken over.
 
     Args:
         text: As it was said or typed.
@@ -90,9 +90,17 @@ def _without(text: str, pairs: Sequence[tuple[Chunk, Chunk]], marker: tuple[int,
     letters = list(text)
     for begin, end in (*(old.span for old, _ in pairs), marker):
         letters[begin:end] = " " * (end - begin)
-    for old, new in pairs:
-        unit = "".join(takewhile(lambda c: c.isalpha() or c == "%", text[slice(*old.span)].split()[-1].lstrip(DIGITS)))
-        if new.kind == "Qn" and old.kind != "Qn" and unit:
-            begin, end = marker[1] - len(unit) - 1, new.span[1]
-            letters[begin:end] = f"{text[slice(*new.span)]} {unit}".rjust(end - begin)
+    added = 0
+    for old, new in sorted(pairs, key=lambda pair: pair[1].span, reverse=True):
+        unit = _unit(text[slice(*old.span)])
+        if new.q is not None and unit and not _unit(text[slice(*new.span)]):
+            letters[new.span[1] : new.span[1]] = f" {unit}"
+            added += len(unit) + 1
+    del letters[marker[0] : marker[0] + min(added, marker[1] - marker[0] - 1)]
     return "".join(letters)
+
+
+def _unit(amount: str) -> str:
+    """The unit as it is written in an amount: "inches" of "two inches", "" of "five" and "5"."""
+    *numbers, last = amount.split()
+    return last.lstrip(DIGITS) if numbers or not last.isalpha() else ""
