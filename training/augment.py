@@ -70,17 +70,35 @@ def outcome_atom(example: check.Example) -> Atom:
 def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
     """The lines of a voice that atoms can say."""
     for example in check.examples(path):
-        if example.problem:
-            continue
-        try:
-            atoms = (
-                slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
-            )
-        except slots.Unfit:
-            continue
-        if not atoms:
-            continue
+        if not example.problem:
+            yield from readable(example, known, misses)
+
+
+def readable(example: check.Example, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
+    """The example as a sample, if atoms can say it."""
+    try:
+        atoms = slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
+    except slots.Unfit:
+        return
+    if atoms:
         yield sample_of(example, atoms, known, misses)
+
+
+def later_turns(path: Path, known: frozenset[str], rng: random.Random) -> Iterator[Sample]:
+    """The first requests of a voice said once more, each after another one of the same scene that it is not about.
+
+    They still ask for what they say: the network learns that not all that follows a turn is about it.
+    """
+    first = [e for e in check.examples(path) if e.before is None and not e.problem]
+    for example in first:
+        said = {frame.NAME for frame in example.frames}
+        others = [
+            e.frames
+            for e in first
+            if e.frames and e.objects == example.objects and said.isdisjoint(frame.NAME for frame in e.frames)
+        ]
+        if others:
+            yield from readable(replace(example, before=rng.choice(others)), known)
 
 
 def sample_of(
@@ -423,7 +441,7 @@ def changed(sample: Sample, rng: random.Random) -> Sample:
     if sample.first and rng.random() < 0.15:
         end = [Fragment(w, None) for w in rng.choice(ENDS).split()]
         pieces = [*pieces[:-1], *end, pieces[-1]] if pieces and pieces[-1].text in ".!" else [*pieces, *end]
-    if rng.random() < 0.1:
+    if rng.random() < 0.25:
         pieces = [Fragment("[MASK]", None) if p.mention < 0 and rng.random() < 0.06 else p for p in pieces]
     return replace(sample, sketch=replace(sample.sketch, pieces=tuple(pieces), before=before), atoms=atoms)
 

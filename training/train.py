@@ -49,6 +49,9 @@ FROZEN = 3
 PLAIN = "composed"
 """The voice of plain compositions, whose sentences are shown four times as often: strangers' are odd, most are not."""
 
+DROPPED, UNTOLD = 0.1, 0.1
+"""How much of what layers pass on, and of the concepts of words, is left out: else all is learned by heart."""
+
 BATCH = 12
 WEIGHT = {
     "action": 2.0,
@@ -112,7 +115,7 @@ class EncoderLayer(Attention):
         super().__init__(ENCODER_HEADS)
         self.norm1, self.norm2 = nn.LayerNorm(WIDTH, eps=1e-12), nn.LayerNorm(WIDTH, eps=1e-12)
         self.up, self.down = nn.Linear(WIDTH, 4 * WIDTH), nn.Linear(4 * WIDTH, WIDTH)
-        self.drop = nn.Dropout(0.1)
+        self.drop = nn.Dropout(DROPPED)
 
     def layer(self, x: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
         """The whole layer."""
@@ -129,7 +132,7 @@ class DecoderLayer(nn.Module):
         self.cross = Attention(DECODER_HEADS)
         self.norm0, self.norm1, self.norm2 = (nn.LayerNorm(WIDTH, eps=1e-12) for _ in range(3))
         self.up, self.down = nn.Linear(WIDTH, FEED), nn.Linear(FEED, WIDTH)
-        self.drop = nn.Dropout(0.0)
+        self.drop = nn.Dropout(DROPPED)
 
     def forward(self, x: torch.Tensor, words: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
         """The queries after the layer."""
@@ -178,7 +181,7 @@ class Model(nn.Module):
         self.nothing = nn.Parameter(torch.randn(len(POINTERS), KEY))
         for parameter in (*self.encoder[:frozen].parameters(), self.position, *self.norm.parameters()):
             parameter.requires_grad_(False)
-        self.drop = nn.Dropout(0.1)
+        self.drop = nn.Dropout(DROPPED)
 
     def forward(
         self,
@@ -191,10 +194,11 @@ class Model(nn.Module):
         """Logits of all heads (B, Q, classes), and of the pointers at amounts (True) and objects (B, Q, P, T + 1)."""
         mask = (ids != 0)[:, None, None, :]
         table = torch.cat([self.word[: -len(MARKS)], self.marks])
-        x = begun = self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds])
+        x = begun = self.drop(self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds]))
         for layer in self.encoder:
             x = layer.layer(x, mask)
-        words = x + self.concept[concepts] + self.skip(begun)
+        told = torch.rand(concepts.shape) >= UNTOLD if self.training else torch.ones(concepts.shape)
+        words = x + self.concept[concepts] * told[..., None] + self.skip(begun)
         x = self.queries.expand(len(ids), -1, -1)
         for layer in self.decoder:
             x = layer(x, words, mask)
@@ -481,7 +485,10 @@ def main() -> None:
     begun = time.time()
     pieces, rows, known = vocabulary([*texts, *augment.words()], options.vocabulary)
     pool = [sample for path in sorted(paths) for sample in augment.samples(path, known)]
+    later = random.Random(options.seed)
+    turns = [sample for path in sorted(paths) for sample in augment.later_turns(path, known, later)]
     pool += 3 * [sample for sample in pool if sample.voice == PLAIN]
+    pool += later.sample(turns, len(turns) // 4)
     data = hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
     print(
         f"{len(paths)} voices, {len(pool)} sentences, {len(pieces)} pieces, data {data}, seed {options.seed}",

@@ -133,6 +133,12 @@ def ways(sketch: Sketch, phrases: tuple[tagging.TaggedPhrase, ...]) -> list[tupl
     return [(role, objects) for role, objects in found if role in ("start", "via", "goal") and objects]
 
 
+ASIDES = (CORPUS / "asides").read_text(encoding="utf-8").splitlines()
+"""What people add that asks for nothing: why they want it, what they will do meanwhile, what something is like."""
+
+SPOKEN_ASIDE = 0.3
+"""How many of the sentences that are put together hold one of these."""
+
 PHRASES = tomllib.loads((CORPUS / "phrases.toml").read_text(encoding="utf-8"))
 NAMES = "box cup plate crate lamp chair table bench tower flag door tent tray bowl rack wall tree sofa".split()
 SAID_AS: dict[type, tagging.Role] = {
@@ -193,6 +199,9 @@ def _composed(draw: random.Random, voices: dict[tagging.Role, list[tuple[str, tu
         draw.shuffle(parts)
     for _ in range(draw.choice([0, 0, 1, 1, 2])):
         parts.insert(draw.randint(0, len(parts)), (None, _said(draw, "nothing", objects)))
+    if draw.random() < SPOKEN_ASIDE:
+        at = len(parts) if draw.random() < 0.6 else draw.randint(0, len(parts))
+        parts.insert(at, (None, _filled(draw, draw.choice(ASIDES), objects)))
     text, phrases = "", list[tagging.TaggedPhrase]()
     for told, said in parts:
         text += draw.choice(PHRASES["joins"]) if text else ""

@@ -238,7 +238,7 @@ def test_what_was_taken_as_a_reason_or_a_remark_is_told():
     text = "from the box to the plate, the customer forgot her bag, slowly because the floor is wet"
     notes = from_words(text, TABLE, ARM, writer="builtin").adaptation.assumptions
     for said in ("the customer forgot her bag", "the floor is wet"):
-        assert any(said in note and "asking for nothing" in note for note in notes), notes
+        assert any(said in note and note.endswith(("asking for nothing", "a reason")) for note in notes), notes
 
 
 @pytest.mark.parametrize(

@@ -520,7 +520,7 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
         return Amount(share * factor, unit, begin + used - i) if used and measured else None
     if at >= len(words) or words[i] not in ("a", "an"):
         return None
-    at = i + 1 + (words[i + 1 : i + 2] != [] and words[i + 1] in FULL)
+    at = i + 1 + any(word in FULL for word in words[i + 1 : i + 2])
     unit, factor, used = unit_at(words, at)
     timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
     measured = unit in ("m", "m/s") and words[at] not in ("m", "unit", "units")

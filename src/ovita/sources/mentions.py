@@ -60,14 +60,20 @@ class WayTold:
         text, said = self.text, ""
         one = self.passed_alone(phrase) if passed else None
         one = Location(objects=(text.scene[circled],)) if passed and one is None and circled else one
+        taken = -1
         for k in phrase.pieces:
             begin, end = text.pieces[k].span
+            if k < taken:
+                continue
             before = text.words[max(k - 2, 0) : k]
             pointed = text.words[k] == "it" and k > 0 and before[-1] in POINTING
             pointed = pointed and not (before[-1] == "of" and before[0] in PARTS)
             meant = (one or self.it_at(k, PHRASES.get(text.words[k - 1], "at"))) if pointed else None
+            if (again := text.named_again(k)) is not None:
+                meant, taken = again
             gap = text.text[text.pieces[k - 1].span[1] : begin] if said else ""
-            said += gap + (the(meant.objects[0].name) if meant else text.text[begin:end])
+            name = the(meant.objects[0].name) if meant else text.text[begin:end]
+            said += gap + (name.removeprefix("the ") if meant and said and text.is_article_at(k - 1) else name)
         return said.strip()
 
     def passed_alone(self, phrase: WayPhrase) -> Location | None:

@@ -8,14 +8,14 @@ from functools import cached_property
 
 from ovita.instruct.lexicon import PLAIN, Amount, amount_at, concept_at, is_filler, term_at
 from ovita.sources.places import BEHIND, SEEN, Location, Text, phrase_at, way_words
-from ovita.sources.reasons import BIDDING, ReasonClause, clauses
+from ovita.sources.reasons import BIDDING, REASON, ReasonClause, clauses
 from ovita.sources.sides import SeenSide, seen_sides
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
 from ovita.sources.wishes import TIES
 
 GROUND = frozenset(words for words in way_words("raised") if {"ground", "floor", "air", "agl"} & {*words.split()})
 SET_OFF, COME_IN = map(way_words, ("set off", "come in"))
-CARRIERS, TOUCHING, DISMISSAL, REASON, HEED = map(way_words, ("carrier", "touching", "dismissal", "reason", "heed"))
+CARRIERS, TOUCHING, DISMISSAL, HEED = map(way_words, ("carrier", "touching", "dismissal", "heed"))
 
 WAY: tuple[Role, ...] = ("start", "via", "goal")
 """The roles of places."""
@@ -118,7 +118,23 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
+    found = [part for phrase in found for part in _from_one_to_another(text, phrase)]
     return _with_manners(text, found)
+
+
+def _from_one_to_another(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
+    """A phrase of an end that holds both ends as two phrases: "arch to booth"."""
+    places = places_among(text, phrase.pieces) if phrase.role in ("start", "goal") and not phrase.reasons else []
+    if len(places) != 2 or text.words[places[0][1].stop : places[1][1].start] not in (("to",), ["to"], ("->",), ["->"]):
+        return [phrase]
+    cut = places[0][1].stop
+    ends: tuple[Role, Role] = ("start", "goal")
+    parts = range(phrase.pieces.start, cut), range(cut, phrase.pieces.stop)
+    none = dict.fromkeys(ROLES, 0.0)
+    return [
+        replace(part_of(text, phrase, part), role=end, shares=none | {end: 1.0})
+        for end, part in zip(ends, parts, strict=True)
+    ]
 
 
 def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:

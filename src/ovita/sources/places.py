@@ -55,6 +55,9 @@ def _relations(prefix: str = "") -> dict[str, Relation]:
 PHRASES, BEHIND, BARE, SEEN, OWNED = map(_relations, ("", "behind ", "bare ", "seen ", "owned "))
 AWAY, ARTICLES, HAVING = way_words("away"), way_words("article"), way_words("having")
 
+NAME = 4
+"""Words of the name of a thing, at most."""
+
 CLOSING = frozenset(", ; . : ! ? ( ) and then".split())
 """What may follow a side for which nothing else stands: "pass the wall left"."""
 
@@ -292,14 +295,38 @@ class Text:
         while i < len(self) and self._is_article(i) and (self.words[i] == "a" or self._mention(i) is None):
             i += 1  # the first word of a name may be an article or a side: "right post"
         mention = self.catalog.mention_at(self.words, i, ()) if i < len(self) and self.words[i][0].isalnum() else None
+        mention = mention or self._one_word_of_one(i)
         if mention is None:
             return None
         end = i + mention.used
         unclear = ""
+        again = self._named_before(i) & {item.name for item in mention.items} if mention.unclear else set()
+        if len(again) == 1:
+            return Location(objects=(self.scene[again.pop()],)), end  # "past the north pier, slow near the pier"
         if mention.unclear or len(mention.items) != 1:
             which = " or ".join(repr(item.name) for item in mention.items) or "none fits"
             unclear = f"Which object is {' '.join(self.words[i:end])!r}: {which}?"
         return Location(objects=mention.items[:1], unclear=unclear), end
+
+    def _one_word_of_one(self, i: int) -> Mention | None:
+        """An object by a word of its name that no other one has, behind an article: "the scale", "the marbles"."""
+        if not (0 < i < len(self) and self._is_article(i - 1)):
+            return None
+        word = singular(self.words[i])
+        items = tuple(item for item in self.scene if word in map(singular, self.catalog.words[item.name]))
+        return Mention(items, 1) if len(items) == 1 else None
+
+    def named_again(self, i: int) -> tuple[Location, int] | None:
+        """The object that a name from piece i on means only since it was named in full before, and where it ends."""
+        said = self.catalog.mention_at(self.words, i, ()) if self.words[i][0].isalnum() else None
+        inside = any((whole := self._mention(k)) and k + whole.used > i for k in range(max(i - NAME, 0), i))
+        found = self.object_at(i) if said and said.unclear and not inside else None
+        return None if found is None or found[0].unclear else found
+
+    def _named_before(self, i: int) -> set[str]:
+        """The names of the objects that are told one by one in front of piece i."""
+        mentions = ((k, self._mention(k)) for k in range(i) if self.words[k][0].isalnum())
+        return {said.items[0].name for k, said in mentions if said and len(said.items) == 1 and k + said.used <= i}
 
     def _mention(self, i: int) -> Mention | None:
         """The mention of an object that begins with piece i itself, or None."""

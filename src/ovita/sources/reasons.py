@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ovita.instruct.frames import Clearance, Figure, Height, Pace
 from ovita.instruct.lexicon import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
 from ovita.sources.wishes import TIES, bare, read_wish
 
 GROUND, FINITE, MEANWHILE, BIDDING = map(way_words, ("ground", "finite", "meanwhile", "bidding"))
 SPEAKER, TELLING, DEMANDS = map(way_words, ("speaker", "telling", "demand"))
+REASON, WANTING, PERCEIVING, MODAL = map(way_words, ("reason", "wanting", "perceiving", "modal"))
 
 ENDING = frozenset(", ; . : ! ? ( )".split())
 """Marks at which a clause ends."""
@@ -57,6 +59,12 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
     """The clause that begins at piece k, or None."""
     said, used = phrase_at(text.words, k, GROUND)
     end = next((n for n in range(k, len(text)) if text.words[n] in ENDING), len(text))
+    if text.words[k] in REASON and k + 1 < end:
+        return ReasonClause(range(k, end), k)
+    if text.words[k] == "like" and k > 0 and text.words[k - 1] in ENDING and not _asks_like(text, k, end):
+        return ReasonClause(range(k, end), k)
+    if (purpose := _purpose(text, range(k, end), used if said in ("so", "so that") else 0)) is not None:
+        return purpose
     if not used or said in ("so", "so that"):
         return _statement(text, k, k + used, end)
     if said == "as" and _compares(text, k, end):
@@ -69,6 +77,34 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
         return None  # without a subject: "as is"
     meanwhile = text.words[verb + 1 : verb + 2] and text.words[verb + 1] in MEANWHILE
     return None if said == "as" and meanwhile else ReasonClause(range(k, end), verb)
+
+
+def _purpose(text: Text, pieces: range, so: int) -> ReasonClause | None:
+    """A clause that tells what for: "I want to see if it leaks", or what somebody can do then: "so Kevin can count".
+
+    Args:
+        text: The sentence.
+        pieces: From where the clause would begin to where it ends.
+        so: How many pieces its "so" or "so that" is; 0 where it begins otherwise.
+    """
+    if not LEADING.isdisjoint(text.words[n] for n in pieces):
+        return None
+    begin = pieces.start + so
+    who = next((n for n in range(begin + 1, min(pieces.stop, begin + SUBJECT)) if text.words[n] in MODAL), None)
+    if so and who is not None:
+        return ReasonClause(pieces, who)
+    asking = begin < pieces.stop and text.words[begin] in ("i", "we")
+    wanting = phrase_at(text.words, begin + 1, WANTING)[1] if asking else 0
+    doing = begin + 1 + wanting
+    return (
+        ReasonClause(pieces, doing)
+        if wanting and text.words[doing : doing + 1] and text.words[doing] in PERCEIVING
+        else None
+    )
+
+
+LEADING = frozenset(("from", "via", "over", "past", "through", "between", "around", "round"))
+"""Words with which a clause tells a way after all."""
 
 
 def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
@@ -102,6 +138,12 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
     stated = stated and not (verb is not None and BIDDEN.issuperset(text.words[first : verb + 1]))  # "and don't dawdle"
     return ReasonClause(range(k, end), verb) if stated and verb is not None else None
+
+
+def _asks_like(text: Text, k: int, end: int) -> bool:
+    """Whether a comparison asks for a figure or a pace after all: "like a zigzag", "like, slowly"."""
+    said = text.text[text.pieces[k].span[0] : text.pieces[end - 1].span[1]]
+    return any(isinstance(frame, Figure | Pace | Height | Clearance) for frame in read_wish(said, text.scene).frames)
 
 
 def _is_a_wish(text: Text, k: int, end: int) -> bool:

@@ -231,6 +231,7 @@ class _Besides:
         self.passed: dict[str, str] = {}  # what asks for nothing, and why
         self.left: list[str] = []  # what nothing is done about
         self.barred: list[str] = []
+        self.placeless: list[WayPhrase] = []  # what was taken for a place, names none, and asks for something
         self.onward: dict[int, str] = {}  # behind which object a wish counts that begins at a piece
 
     def hear(self, phrases: Sequence[WayPhrase], denied: Collection[WayPhrase]) -> None:
@@ -254,8 +255,12 @@ class _Besides:
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
             self._aside(phrase, said)
-        elif phrase.role in WAY and phrase.classes & {*TURNING} and not self._tells_a_stop(phrase):
-            self.left.append(said)  # "one orbit of the mast, left hand"
+        elif phrase.role in WAY and not self._tells_a_stop(phrase):
+            if self._asks_surely(phrase):
+                self.placeless.append(phrase)  # "one and a half metres up in between"
+                self._wish(phrase)
+            elif phrase.classes & {*TURNING}:
+                self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
 
     def _looks(self, phrase: WayPhrase, said: str) -> bool:
@@ -417,7 +422,8 @@ class _Besides:
 
     def _asks_for_the_fastest(self, phrase: WayPhrase, heard: Sequence[Wish]) -> bool:
         """Whether it is for the highest speed, and neither for an amount nor for the speed of a part."""
-        varied = any(isinstance(f, Pace) and (f.part != WHOLE or f.change == "slower") for f in _frames(heard))
+        paces = [frame for frame in _frames(heard) if isinstance(frame, Pace)]
+        varied = any(f.part != WHOLE or f.change == "slower" or f.amount is not None for f in paces)
         words = {*phrase.words}
         return bool(HASTE & words and FASTEST & words) and not (phrase.amounts or varied)
 
@@ -568,7 +574,8 @@ class _Besides:
 
     def weigh_up(self, told: Sequence[WayStop]) -> None:
         """Add what else nothing is done about: amounts and sides of places, objects, and questions beside wishes."""
-        self.left += [stop.left for stop in self.way.stops if stop.left and not stop.back]
+        left = (stop for stop in self.way.stops if stop.left and not stop.back)
+        self.left += [stop.left for stop in left if stop.phrase not in self.placeless]
         places = [*(stop.place for stop in (*told, *self.way.stops)), *self.via, self.goal]
         named = {item.name for place in places if place is not None for item in place.objects}
         named |= {name for frame in _frames(self.wishes) for name in frame.named}
