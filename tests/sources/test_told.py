@@ -350,3 +350,53 @@ def test_a_distance_behind_a_denied_nearness_counts():
     made = made_of("From the shed to the bench, but not near the tower, minimum 0.9 m")
     path = made.adaptation.proposal or made.adaptation
     assert YARD["tower"].clearance(path.adapted.resample(500).positions).min() >= 0.9 - 3e-3
+
+
+@pytest.mark.parametrize(
+    "why",
+    [
+        "so that it can read the tag",
+        "so Kevin could count them",
+        "I want to see if it leaks",
+        "because I'm filming it",
+        "like honey coming off a spoon",
+    ],
+)
+def test_what_it_is_for_and_what_it_is_like_ask_for_nothing(why):
+    route = read_route(f"From the shed to the bench, stop at the tower for 2 seconds, {why}, then continue", YARD)
+    assert f"took {why!r} as a reason" in [note.replace('"', "'") for note in route.notes] or "'" in why
+    assert [(wish.outcome, wish.text) for wish in route.wishes] == [("do", "wait 2 s at the tower")]
+    assert (route.start.label, route.goal.label, route.doubts) == ("the shed", "the bench", ())
+
+
+def test_a_comparison_may_ask_for_a_pace():
+    assert [wish.outcome for wish in read_route("From the shed to the bench, like, slowly", YARD).wishes] == ["do"]
+
+
+def test_a_thing_by_a_word_of_its_name_that_says_something_elsewhere():
+    scene = generation.scene_of(
+        "letter scale 0 0 0.2 0.4 0.4 0.4; marble box 2 0 0.2 0.4 0.4 0.4; shed -2 0 0.2 0.4 0.4 0.4"
+    )
+    route = read_route("From the shed to the marbles, stop at the scale for five seconds", scene)
+    assert (route.goal.label, [wish.text for wish in route.wishes]) == (
+        "the marble box",
+        ["wait 5 s at the letter scale"],
+    )
+
+
+def test_a_thing_that_was_named_in_full_is_meant_again():
+    scene = generation.scene_of(
+        "north pier -1 0 0.2 0.4 0.4 0.4; south pier 1 1 0.2 0.4 0.4 0.4; hut -2 2 0.2 0.4 0.4 0.4; inn 2 -2 0.2 0.4 0.4 0.4"
+    )
+    route = read_route("From the hut past the north pier to the inn, and go easy near the pier", scene)
+    assert [frame.part.places for wish in route.wishes for frame in wish.frames] == [("north pier",)]
+    assert "Which object" in read_route("From the hut to the pier", scene).question
+
+
+def test_an_amount_may_end_a_phrase():
+    assert read_route("From the shed, wait there a", YARD).start.label == "the shed"
+
+
+def test_a_share_of_the_speed_is_not_the_highest_speed():
+    route = read_route("from the shed to the bench, quater of the speed, its full of wet soil", YARD)
+    assert not route.fastest and [frame.amount.value for wish in route.wishes for frame in wish.frames] == [0.25]

@@ -33,7 +33,7 @@ OPPOSED = {
     "faster": {"faster", "inc", "double", "triple"}, "slower": {"slower", "dec", "halve", "half", "brake"},
     "larger": {"larger", "inc", "double", "triple"}, "smaller": {"smaller", "dec", "halve", "half"},
     "more": {"more_curve", "larger", "inc"}, "less": {"less_curve", "smaller", "straight", "dec"},
-    "cw": {"clockwise"}, "ccw": {"anticlockwise"},
+    "cw": {"clockwise", "right"}, "ccw": {"anticlockwise", "left"},
 }  # fmt: skip
 """What a frame may hold, and the classes of words that ask for it."""
 

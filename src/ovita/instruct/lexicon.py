@@ -316,9 +316,13 @@ def is_digits(word: str) -> bool:
 _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%)\b)")
 
 
-def with_products(text: str) -> str:
-    """A text as long as it was with "v *= 0.5" as "v 0.5x"."""
-    return _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
+_HALF = re.compile(r"[- ](?:and|an'|'n')[- ]a[- ]half\b", re.IGNORECASE)
+
+
+def written_out(text: str) -> str:
+    """A text as long as it was with "v *= 0.5" as "v 0.5x", and with "foot-and-a-half" as "foot and a half"."""
+    text = _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
+    return _HALF.sub(" and a half", text)
 
 
 def amount_at(words: Sequence[str], i: int) -> Amount | None:

@@ -20,7 +20,7 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, UNKNOWN, clauses, contradictions, elsewhere, opposed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import extent_of, with_products
+from ovita.instruct.lexicon import extent_of, written_out
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread, with_units
@@ -128,7 +128,7 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text = repaired(with_products(text), scene, positions)
+    text = repaired(written_out(text), scene, positions)
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
     rules = in_units(rules, said, positions)
@@ -181,7 +181,7 @@ def overheard(
     from ovita.instruct.feedback import retrospect
     from ovita.instruct.looking_back import Hearing
 
-    text = repaired(with_products(text), scene, positions)
+    text = repaired(written_out(text), scene, positions)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_units(found.reading, said, positions).edits

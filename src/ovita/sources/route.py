@@ -47,6 +47,7 @@ from ovita.sources.stops import (
 from ovita.sources.tagging import Role
 from ovita.sources.waits import Waits
 from ovita.sources.wishes import (
+    ONWARD,
     TIES,
     Level,
     Wish,
@@ -248,6 +249,8 @@ class _Besides:
             return False
         if denied:
             self.left += [said] if phrase.role not in {stop.role for stop in self.way.stops if stop.place} else []
+        elif bare(said).lower() in ONWARD:
+            self._go_on(phrase)
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
             self._take(phrase, heard)
