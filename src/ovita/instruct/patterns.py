@@ -42,13 +42,6 @@ def _share_of(found: Chunk) -> Quantity:
     return found.q or Quantity(round(FRACTION[found.kind], 2), "%")
 
 
-def _and_a_half(found: Sequence[Chunk]) -> Chunk | None:
-    """An inch and a half."""
-    one = found[0].text.lower().split()[0] in ("a", "an", "one")
-    q = found[0].q or Quantity(0.0)
-    return merged(found, found[0].kind, q=Quantity(q.value * 1.5, q.unit)) if one else None
-
-
 def _many_thirds(found: Sequence[Chunk]) -> Chunk | None:
     return _fraction(found) if found[-1].text.lower().endswith("s") or found[0].text.isalpha() else None
 
@@ -295,16 +288,6 @@ def _no_slower(found: Sequence[Chunk]) -> list[Chunk] | Chunk | None:
     return merged(found, "unknown") if last in ("down", "up", "slower", "faster", "brake", "decelerate") else None
 
 
-def _bounds(found: Sequence[Chunk]) -> list[Chunk]:
-    """Between two speeds: a least and a greatest one."""
-    low, high = (c for c in found if c.q is not None)
-    bounds = ((low, "at_least"), (high, "at_most"))
-    speeds = [
-        merged([c], "Qv", q=replace(c.number, unit="m/s", role=cast(Role, role)), value=role) for c, role in bounds
-    ]
-    return [speeds[0], merged(found[2:3], "and"), speeds[1]]
-
-
 OTHER = {"left": "right", "front": "back", "up": "down", "over": "under"}
 OTHER |= {b: a for a, b in OTHER.items()}
 HOW = dict.fromkeys("over up faster raise".split(), "at_least") | dict.fromkeys(
@@ -313,9 +296,6 @@ HOW = dict.fromkeys("over up faster raise".split(), "at_least") | dict.fromkeys(
 BOUNDING = HOW | dict.fromkeys(("height", "inc", "at_least"), "at_least")
 BOUNDING |= dict.fromkeys(("dec", "drop", "falling", "at_most"), "at_most")
 """Words that make what they stand before a least or a greatest value."""
-
-KNOCKING = frozenset("knock knocking bump bumping run running drive driving".split())
-"""Words of other meanings that say a collision after a "not"."""
 
 
 def _bound(chunk: Chunk, role: str, kind: str = "", **more: str) -> Chunk:
@@ -409,9 +389,7 @@ def _either(names: tuple[str, ...], radius: float | None) -> PathPart:
 
 PATTERNS: tuple[tuple[str, Build], ...] = (
     ("speed keep? over|under|up|down|raise|lower|faster|slower than? Qn|Qv and|comma keep|speed? over|under|up|down|raise|lower|faster|slower than? Qn|Qv", _two_speeds),
-    ("speed at_most|at_least Qn|Qv and at_most|at_least Qn|Qv", _two_speeds),
     ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
-    ("OBJ on|to|at DIR comma|and? never pass? on|to|at? DIR of|to|from? OBJ?", _one_side),
     ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
     ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
     ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),
@@ -422,28 +400,21 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("Qm? up|down|raise|lower than OBJ", _height_of),
     ("at_least|at_most? level|height of|with|to? OBJ", _height_of),
     ("never|avoid touch|collide to|on|at|by|with|over? OBJ", _clear),
-    ("never dec|inc|path|speed over? OBJ", lambda f: _clear(f) if f[1].text.lower() in KNOCKING else None),
     ("keep OBJ", lambda f: _clear(f) if "touch" in f[0].text.lower() else None),
     ("farther of|from|to? OBJ by? at_least? Qm", lambda f: _distance("at_least")(f) if "clear" in f[0].text.lower() else None),
-    ("comma|dot never comma", lambda f: merged(f, "correct")),
     ("comma only? never near to|of? OBJ", lambda f: part(f, outside(_either(f[-1].names, None))) if "not" in [c.text.lower() for c in f] else None),
     ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
     ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
-    ("keep near (?=(?:to |of )*OBJ )", lambda f: merged(f, "closer")),
     ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
-    ("keep (?=(?:slight |large )*(?:closer|farther) )", lambda f: merged(f, "filler")),
     # numbers
-    ("Qm|Qv|Qs and half", _and_a_half),
     ("quarter|half of? turns|laps|rotate|circle", _turned),
     ("Qn half|third|quarter|tenth|fifth", _many_thirds),
-    ("every waypoints (?=from |between )", lambda f: f[1]),
     ("Qth waypoints", _point),
     ("from|between waypoints Qn LINK|and waypoints? Qn", _range_of_points),
     ("waypoints from|between Qn LINK|and Qn", _range_of_points),
     ("waypoints Qn LINK waypoints? Qn", _range_of_points),
     ("from|between Qn LINK|and Qn waypoints", _range_of_points),
     ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
-    ("between Qn|Qv and|to Qv", _bounds),
     ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
     ("Qn|Qm|Qv|Qs to Qm|Qv|Qs|Qpc|Qdeg", _spread),
     ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
@@ -458,36 +429,27 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("Qn LAST waypoints", _amount("last")),
     ("FIRST Qn waypoints?", _amount("first")),
     ("LAST Qn waypoints?", _amount("last")),
-    ("middle third|Qpc", _plain("middle")),
     ("before|for? secondhalf|firsthalf", lambda f: _share("last" if f[-1].kind == "secondhalf" else "first", 0.5)(f)),
     ("AT|from? waypoints|nth|1st Qn to?", _point),
-    ("after|from halfway|middle on|front?", lambda f: _share("last", 0.5)(f)),
     ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
     ("before touch? halfway|middle", lambda f: _share("first", 0.5)(f)),
-    ("point and|comma AT? point", lambda f: merged(f, "unknown")),
     ("from point on|front?", _along("after")),
     ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
     ("point on|front", _along("after")),
     ("after SHARE of? path", _along("after")),
     ("before SHARE of? path", _along("before")),
-    ("reverse by? Qm", lambda f: merged(f, "back")),
     ("rising|falling by? Qm", lambda f: merged(f, "up" if f[0].kind == "rising" else "down")),
     ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
     ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
     ("where path? left|right|front|back (?!of|by|OBJ|Q)", lambda f: _plain("heading", direction=f[-1].kind)(f)),
-    ("AT|only? straights", lambda f: part(f, outside(PathPart("turns")))),
     ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
-    ("where height|axis? up|raise? at_least|over|after|under|at_most|down|lower|than up? than? under|down|over? Qm ground?", _beyond),
     ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
     ("plus|minus ANYQ", _signed),
     ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
-    ("plus", lambda f: merged(f, "and")),
     ("threshold to? Qm", lambda f: merged(f, "threshold")),
-    ("gap to|from|around", lambda f: merged(f, "distance")),
     # objects and places
     ("after|once pass|touch|near|closer at|to|by? OBJ", _side_of_object("after")),
     ("before pass|touch|near|closer at|to|by? OBJ", _side_of_object("before")),
-    ("between and OBJ", lambda f: merged(f[2:], "obj", value="from")),
     ("where|as OBJ near|closer|pass", lambda f: merged(f[1:2], "obj", value="near")),
     ("where|as pass|near|closer|touch|thru at|to|by? OBJ", lambda f: merged(f[-1:], "obj", value="near")),
     ("pass by? OBJ", lambda f: merged(f[-1:], "obj", value="pass")),
@@ -500,8 +462,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("than from|to|of? OBJ", lambda f: merged(f, "unknown")),
     ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
     ("AT|thru? gap? middle? between OBJ gap?", _between),
-    ("thru|in|at|to|on|between? middle of? OBJ", _between),
-    ("OBJ gap", _between),
     ("from OBJ on|front", _side_of_object("after")),
     ("where? after OBJ", _side_of_object("after")),
     ("before near? OBJ", _side_of_object("before")),
@@ -519,7 +479,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     # roles of quantities
     ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
     ("over|under height of? Qm", _high),
-    ("Qv squared", lambda f: merged(f, "Qa", q=replace(f[0].number, unit="m/s2"))),
     ("never HIGHER+ than|on|by? Qm|Qn ground?", _high),
     ("never lower|drop|down|falling under|at_most Qv|Qn", _bounded),
     ("never path? over|under|at_least|at_most Qv", _bounded),
@@ -527,9 +486,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
     ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
     ("never pass? to|on|at? left|right|front|back of OBJ", _other_side),
-    ("at_least|at_most Qm size", lambda f: _height(f[0].kind)(f) if f[-1].text.lower() == "high" else None),
     ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
-    ("rotate path? to? left|right by? Qdeg", lambda f: [replace(c, kind={"left": "anticlockwise", "right": "clockwise"}.get(c.kind, c.kind)) for c in f]),
     ("never pass? LOWER+ than|on|by? Qm|Qn ground?", _high),
     ("keep? up|raise|LOWER than Qm|Qn ground?", _high),
     ("never faster|inc|slower|dec than? Qv|Qn", _bounded),
@@ -555,8 +512,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("to approx? ANYQ", partial(in_role, "to")),
     ("by approx? ANYQ", partial(in_role, "by")),
     ("at approx? Qv", partial(in_role, "to")),
-    ("goal by stop", lambda f: f[2]),
-    ("never stop at|by goal", lambda f: merged(f, "extend")),
     ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
     ("never slower|faster", _no_slower),
     # what is turned round
@@ -581,8 +536,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),
     ("AT|to|toward|where|only? first", _plain("first", unit="share")),
     ("AT|to|toward|where|only? last", _plain("last", unit="share")),
-    ("thru|along part|rest", lambda f: f[1]),
     ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
-    ("never AT part|obj", _except),
 )  # fmt: skip
 """Rows of classes as `constituents` reads them, in the order in which they are applied, and what becomes of them."""

@@ -16,7 +16,7 @@ import numpy as np
 from ovita.errors import RequestError
 from ovita.instruct.chunks import respelt
 from ovita.instruct.encoder import network
-from ovita.instruct.lexicon import amount_at, concepts, unit_at
+from ovita.instruct.lexicon import amount_at, concepts, terms, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
 from ovita.limits.path import bounds, flatten, keep_out
 from ovita.limits.problem import TOLERANCE, Obstacle, from_object, is_support, obstacles_of
@@ -312,9 +312,10 @@ class Text:
         """An object by a word of its name that no other one has, behind an article: "the scale", "the marbles"."""
         if not (0 < i < len(self) and self._is_article(i - 1)):
             return None
-        word = singular(self.words[i])
-        items = tuple(item for item in self.scene if word in map(singular, self.catalog.words[item.name]))
-        return Mention(items, 1) if len(items) == 1 else None
+        word, names = singular(self.words[i]), self.catalog.words
+        items = tuple(item for item in self.scene if word in map(singular, names[item.name]))
+        last = len(items) == 1 and word == singular(names[items[0].name][-1])
+        return Mention(items, 1) if last or (len(items) == 1 and (word,) not in terms()) else None
 
     def named_again(self, i: int) -> tuple[Location, int] | None:
         """The object that a name from piece i on means only since it was named in full before, and where it ends."""
