@@ -114,12 +114,30 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         words = tuple(text.words[k] for k in pieces)
         phrase = WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
         found.append(phrase)
+    found = _with_whole_names(text, found)
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
     found = [part for phrase in found for part in _from_one_to_another(text, phrase)]
     return _with_manners(text, found)
+
+
+def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with the noun behind an article at their ends: "avoid the | chimney"."""
+    found = list[WayPhrase]()
+    for phrase in phrases:
+        before = found[-1] if found and phrase.pieces else None
+        cut_off = before is not None and before.role and not phrase.role and before.pieces
+        if before is not None and cut_off and text.is_article_at(before.pieces[-1]):
+            first = phrase.pieces.start
+            named = text.object_at(first)
+            cut = min(named[1] if named is not None else first + 1, phrase.pieces.stop)
+            found[-1] = part_of(text, before, range(before.pieces.start, cut))
+            found += [part_of(text, phrase, range(cut, phrase.pieces.stop))] if cut < phrase.pieces.stop else []
+        else:
+            found.append(phrase)
+    return found
 
 
 def _from_one_to_another(text: Text, phrase: WayPhrase) -> list[WayPhrase]:

@@ -75,7 +75,7 @@ def _told(text: Text, phrases: Sequence[WayPhrase]) -> list[WayStop]:
             if taken.isdisjoint(stop.pieces if stop.place else phrase.pieces):
                 found.append(stop)
     if len({"start", "goal"} - {stop.role for stop in found}) == 1:
-        beside = (phrase for before, phrase in pairwise(phrases) if before.role in ("start", "goal"))
+        beside = (p for before, p in pairwise(phrases) if before.role in ("start", "goal") or p.words[:1] == ("->",))
         found += (stop for phrase in beside if phrase.role is None and not phrase.why for stop in _bare(text, phrase))
     return found
 
