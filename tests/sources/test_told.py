@@ -386,7 +386,8 @@ def test_a_thing_by_a_word_of_its_name_that_says_something_elsewhere():
 
 def test_a_thing_that_was_named_in_full_is_meant_again():
     scene = generation.scene_of(
-        "north pier -1 0 0.2 0.4 0.4 0.4; south pier 1 1 0.2 0.4 0.4 0.4; hut -2 2 0.2 0.4 0.4 0.4; inn 2 -2 0.2 0.4 0.4 0.4"
+        "north pier -1 0 0.2 0.4 0.4 0.4; south pier 1 1 0.2 0.4 0.4 0.4;"
+        "hut -2 2 0.2 0.4 0.4 0.4; inn 2 -2 0.2 0.4 0.4 0.4"
     )
     route = read_route("From the hut past the north pier to the inn, and go easy near the pier", scene)
     assert [frame.part.places for wish in route.wishes for frame in wish.frames] == [("north pier",)]

@@ -114,7 +114,7 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         words = tuple(text.words[k] for k in pieces)
         phrase = WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
         found.append(phrase)
-    found = _with_whole_names(text, found)
+    found = _with_both_ends(text, _with_whole_names(text, found))
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
@@ -138,6 +138,22 @@ def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhras
         else:
             found.append(phrase)
     return found
+
+
+def _with_both_ends(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with a place that was taken for a wish as the end that no other one tells, if it may well be that."""
+    ends: tuple[Role, ...] = ("start", "goal")
+    for end in ends:
+        if any(phrase.role == end for phrase in phrases):
+            continue
+        placed = [p for p in phrases if p.role == "wish" and p.shares[end] > POSSIBLE and places_among(text, p.pieces)]
+        meant = max(placed, key=lambda phrase: phrase.shares[end], default=None)
+        phrases = [replace(phrase, role=end) if phrase is meant else phrase for phrase in phrases]
+    return phrases
+
+
+POSSIBLE = 0.3
+"""How likely a place that was taken for a wish has to be an end of the way to be that, where none is told."""
 
 
 def _from_one_to_another(text: Text, phrase: WayPhrase) -> list[WayPhrase]:

@@ -319,7 +319,7 @@ class _Besides:
         heard = self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]
         doing = any(one in DOING and other in ("a", "an", "the") for one, other in pairwise(heard))
         asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
-        wanted = asked or DEMANDS & {*words} or (strange and doing)
+        wanted = asked or DEMANDS & {*words} or FIGURES & phrase.classes or (strange and doing)
         if told and self._asks_surely(phrase):
             self._wish(phrase)
         elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
@@ -600,6 +600,9 @@ def _behind_verb(phrase: WayPhrase) -> str:
 
 DOING, BEFORE = frozenset(("do", "make", "perform", "execute", "draw")), 3
 """With a word that nobody knows, these ask for something, so many words before it: "do a backflip"."""
+
+FIGURES = frozenset(("zigzag", "wave", "waves", "spiral", "circle", "eight"))
+"""Classes of words that ask for a figure, which is never passed over."""
 
 ASKS, ASKS_STRANGELY = 0.5, 0.28
 """How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
