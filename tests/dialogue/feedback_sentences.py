@@ -232,7 +232,7 @@ SECOND = [
     (BOTH, "the speed was fine before", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "the other direction", {"left": -0.2, "at_cup": 0.5}),
     (BOTH, "I meant the bottle", {"left": 0.2, "at_cup": 1.0, "at_bottle": 0.5}),
-    (BOTH, "move it a bit more to the left and keep the rest", {"left": 0.25, "at_cup": 0.5}),
+    (BOTH, "move it a bit more to the left and keep the rest", {"left": (0.22, 0.35), "at_cup": 0.5}),
     (BOTH, "twice as far left", {"left": 0.4, "at_cup": 0.5}),
     (BOTH, "left by 0.3 instead", {"left": 0.3, "at_cup": 0.5}),
     (["go left by 0.2", "slow down near the cup"], "undo both", {"left": 0.0, "at_cup": 1.0}),

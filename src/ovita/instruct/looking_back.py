@@ -379,21 +379,21 @@ Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
 
 GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
     "instruction": {
-        "length": (0.94, lambda it, heard: min(sum(len(p.text.split()) for p in it.said.pieces), 20) / 10),
-        "another object": (0.42, lambda it, heard: bool(_named(it.said.active) - it.known)),
-        "other kinds of change": (0.82, lambda it, heard: it.said.elsewhere),
-        "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+        "length": (0.47, lambda it, heard: min(sum(len(p.text.split()) for p in it.said.pieces), 20) / 10),
+        "another object": (0.11, lambda it, heard: bool(_named(it.said.active) - it.known)),
+        "other kinds of change": (0.72, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.27, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
     "rules": {
-        "looks back": (0.41, lambda it, heard: min(max(it.points, -6.0), 6.0)),
-        "taken by the rules alone": (0.80, lambda it, heard: looks_back(it)),
-        "both agree": (2.84, lambda it, heard: _agree(it, heard)),
-        "likelihood": (0.32, lambda it, heard: max(heard.rules, -25.0) / 5),
+        "looks back": (0.37, lambda it, heard: min(max(it.points, -6.0), 6.0)),
+        "taken by the rules alone": (0.76, lambda it, heard: looks_back(it)),
+        "both agree": (2.75, lambda it, heard: _agree(it, heard)),
+        "likelihood": (0.45, lambda it, heard: max(heard.rules, -25.0) / 5),
     },
     "network": {
-        "confidence": (1.01, lambda it, heard: _odds(heard.edits.confidence)),
-        "unread": (0.77, lambda it, heard: bool(heard.edits.unread)),
-        "nothing to the rules": (-0.47, lambda it, heard: not it.best.edits),
+        "confidence": (0.91, lambda it, heard: _odds(heard.edits.confidence)),
+        "unread": (0.76, lambda it, heard: bool(heard.edits.unread)),
+        "nothing to the rules": (-0.26, lambda it, heard: not it.best.edits),
     },
 }
 """What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and

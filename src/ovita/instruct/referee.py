@@ -242,7 +242,8 @@ def judged(
         candidates = candidates[:1]
     rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
     whole = _whole(said, rules)
-    over = whole and learned is not None and _gives_way(said, learned, rules)
+    weak = rated[0][0] >= WHOLE_READ and rated[-1][0] < AGAINST_WHOLE
+    over = whole and learned is not None and (weak or _gives_way(said, learned, rules))
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
     curt = rules is not None and _reads(rules) and by == "learned" and len(said) <= CURT
@@ -301,7 +302,8 @@ def _plain(said: Sequence[Chunk]) -> bool:
 
 def _gives_way(said: Sequence[Chunk], learned: F.Reading, rules: F.Reading | None) -> bool:
     """Whether the network's reading is none against one of the rules that is whole."""
-    return bool(learned.unread or contradictions(said, _frames(learned))) or _but_for_the_part(learned, rules)
+    against = bool(contradictions(said, _frames(learned))) or opposed(_frames(learned), _frames(rules or F.Reading()))
+    return bool(learned.unread) or against or _but_for_the_part(learned, rules)
 
 
 def _whole(said: Sequence[Chunk], rules: F.Reading | None) -> bool:
