@@ -97,10 +97,11 @@ def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
     return [clause for clause in found if clause]
 
 
-def elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
-    """Whether a frame was read from words outside of some clauses: "pass behind it, never in front"."""
+def elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]], *, wholly: bool = False) -> bool:
+    """Whether a frame was read from words outside of some clauses, or wholly so: "pass behind it, never in front"."""
     spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
-    return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
+    outside = [not any(low < end and begin < high for low, high in spans) for begin, end in frame.words]
+    return bool(outside) and (all if wholly else any)(outside)
 
 
 def _unbounded(said: Sequence[Chunk], kinds: frozenset[str], frames: tuple[F.SemanticFrame, ...]) -> str:

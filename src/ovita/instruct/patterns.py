@@ -512,6 +512,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("to approx? ANYQ", partial(in_role, "to")),
     ("by approx? ANYQ", partial(in_role, "by")),
     ("at approx? Qv", partial(in_role, "to")),
+    ("never stop at|by goal", lambda f: merged(f, "extend")),
     ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
     ("never slower|faster", _no_slower),
     # what is turned round
@@ -537,5 +538,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("AT|to|toward|where|only? first", _plain("first", unit="share")),
     ("AT|to|toward|where|only? last", _plain("last", unit="share")),
     ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
+    ("never AT part|obj", _except),
 )  # fmt: skip
 """Rows of classes as `constituents` reads them, in the order in which they are applied, and what becomes of them."""

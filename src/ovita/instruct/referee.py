@@ -66,7 +66,7 @@ seen."""
 DO, SHOW = 0.84, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ, AGAINST_WHOLE = 0.55, 0.9
+WHOLE_READ, AGAINST_WHOLE = 0.55, 0.95
 """How likely it has to be where the rules read every word and nothing speaks against it, and to be done instead."""
 
 CURT, DOUBTED = 5, 10
@@ -285,7 +285,7 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str])
     again = meant & {
         chunk.kind for c in clauses(said) if c not in denied for chunk in c
     }  # "stop there, no, don't stop"
-    beside = denied and (again or not all(elsewhere(frame, denied) for frame in frames))
+    beside = denied and (again or not all(elsewhere(frame, denied, wholly=True) for frame in frames))
     curt = left and len(said) <= CURT
     return bool(beside or curt or contradictions(said, frames, CHECKS if len(said) <= DOUBTED else NEVER))
 
