@@ -159,7 +159,7 @@ POSSIBLE = 0.3
 def _from_one_to_another(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
     """A phrase of an end that holds both ends as two phrases: "arch to booth"."""
     places = places_among(text, phrase.pieces) if phrase.role in ("start", "goal") and not phrase.reasons else []
-    if len(places) != 2 or text.words[places[0][1].stop : places[1][1].start] not in (("to",), ["to"], ("->",), ["->"]):
+    if len(places) != 2 or [*text.words[places[0][1].stop : places[1][1].start]] not in (["to"], ["->"]):
         return [phrase]
     cut = places[0][1].stop
     ends: tuple[Role, Role] = ("start", "goal")

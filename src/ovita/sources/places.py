@@ -310,7 +310,7 @@ class Text:
 
     def _one_word_of_one(self, i: int) -> Mention | None:
         """An object by a word of its name that no other one has, behind an article: "the scale", "the marbles"."""
-        begins = i == 0 and self.words[1:2] in (["to"], ["->"], ("to",), ("->",))  # "arch to booth"
+        begins = i == 0 and [*self.words[1:2]] in (["to"], ["->"])  # "arch to booth"
         if not begins and not (0 < i < len(self) and self._is_article(i - 1)):
             return None
         word, names = singular(self.words[i]), self.catalog.words

@@ -96,11 +96,8 @@ def _purpose(text: Text, pieces: range, so: int) -> ReasonClause | None:
     asking = begin < pieces.stop and text.words[begin] in ("i", "we")
     wanting = phrase_at(text.words, begin + 1, WANTING)[1] if asking else 0
     doing = begin + 1 + wanting
-    return (
-        ReasonClause(pieces, doing)
-        if wanting and text.words[doing : doing + 1] and text.words[doing] in PERCEIVING
-        else None
-    )
+    perceives = wanting > 0 and not PERCEIVING.isdisjoint(text.words[doing : doing + 1])
+    return ReasonClause(pieces, doing) if perceives else None
 
 
 LEADING = frozenset(("from", "via", "over", "past", "through", "between", "around", "round"))
