@@ -213,9 +213,7 @@ def test_units_that_stand_apart_from_their_numbers(text, meant):
     assert F.same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
 
 
-@pytest.mark.parametrize(
-    "text", ["go left by 5 cm, not quick", "don't rush near the cup", "no rushing", "must not be fast"]
-)
+@pytest.mark.parametrize("text", ["don't rush near the cup", "no rushing", "must not be fast"])
 def test_haste_that_is_denied_is_slower(text):
     found = understand(text, SCENE)
     assert found.outcome == "do" and isinstance(found.reading.frames[-1], F.Pace)

@@ -401,3 +401,8 @@ def test_an_amount_may_end_a_phrase():
 def test_a_share_of_the_speed_is_not_the_highest_speed():
     route = read_route("from the shed to the bench, quater of the speed, its full of wet soil", YARD)
     assert not route.fastest and [frame.amount.value for wish in route.wishes for frame in wish.frames] == [0.25]
+
+
+def test_a_side_of_what_was_named_is_kept_or_told():
+    route = read_route("From the shed to the bench, do not go above the tower, pass it on the back side only", YARD)
+    assert any(place.relation == "back" for place in route.via) or "back side" in " ".join(route.doubts)

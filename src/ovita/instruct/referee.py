@@ -66,7 +66,7 @@ seen."""
 DO, SHOW = 0.84, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ, AGAINST_WHOLE = 0.55, 0.95
+WHOLE_READ, AGAINST_WHOLE = 0.55, 0.93
 """How likely it has to be where the rules read every word and nothing speaks against it, and to be done instead."""
 
 CURT, DOUBTED = 5, 10
@@ -242,8 +242,7 @@ def judged(
         candidates = candidates[:1]
     rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
     whole = _whole(said, rules)
-    weak = rated[0][0] >= WHOLE_READ and rated[-1][0] < AGAINST_WHOLE
-    over = whole and learned is not None and (weak or _gives_way(said, learned, rules))
+    over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
     curt = rules is not None and _reads(rules) and by == "learned" and len(said) <= CURT

@@ -124,20 +124,34 @@ def phrases_of(text: Text) -> list[WayPhrase]:
 
 
 def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with the noun behind an article at their ends: "avoid the | chimney"."""
+    """The phrases with what was cut off at their ends: "avoid the | chimney", "no | sudden moves"."""
     found = list[WayPhrase]()
     for phrase in phrases:
         before = found[-1] if found and phrase.pieces else None
-        cut_off = before is not None and before.role and not phrase.role and before.pieces
-        if before is not None and cut_off and text.is_article_at(before.pieces[-1]):
-            first = phrase.pieces.start
-            named = text.object_at(first)
-            cut = min(named[1] if named is not None else first + 1, phrase.pieces.stop)
+        cut = 0 if before is None else _cut_off(text, before, phrase)
+        if before is not None and cut:
             found[-1] = part_of(text, before, range(before.pieces.start, cut))
             found += [part_of(text, phrase, range(cut, phrase.pieces.stop))] if cut < phrase.pieces.stop else []
         else:
             found.append(phrase)
     return found
+
+
+def _cut_off(text: Text, before: WayPhrase, phrase: WayPhrase) -> int:
+    """The piece up to which a phrase without a role belongs to the one before it; 0 where it does not."""
+    if not before.role or phrase.role or not before.pieces:
+        return 0
+    first = phrase.pieces.start
+    if text.is_article_at(before.pieces[-1]):
+        named = text.object_at(first)
+        return min(named[1] if named is not None else first + 1, phrase.pieces.stop)
+    told = [k for k in phrase.pieces if text.words[k][0].isalnum()]
+    short = before.role == "wish" and phrase.shares["wish"] > RATHER and text.words[first] not in TIES | CARRIERS
+    return told[-1] + 1 if short and told[:1] == [first] and told[-1] < first + 2 else 0
+
+
+RATHER = 0.2
+"""How likely a word or two behind a wish, with no mark between, have to be a part of it."""
 
 
 def _with_both_ends(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
@@ -146,11 +160,15 @@ def _with_both_ends(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
     for end in ends:
         if any(phrase.role == end for phrase in phrases):
             continue
-        placed = [p for p in phrases if p.role == "wish" and p.shares[end] > POSSIBLE and places_among(text, p.pieces)]
+        placed = [p for p in phrases if p.role == "wish" and places_among(text, p.pieces)]
+        placed = [p for p in placed if p.shares[end] > POSSIBLE or p.words[0] == LEADING_TO[end]]
         meant = max(placed, key=lambda phrase: phrase.shares[end], default=None)
         phrases = [replace(phrase, role=end) if phrase is meant else phrase for phrase in phrases]
     return phrases
 
+
+LEADING_TO: Mapping[Role, str] = {"start": "from", "goal": "to"}
+"""The word in front of each end."""
 
 POSSIBLE = 0.3
 """How likely a place that was taken for a wish has to be an end of the way to be that, where none is told."""

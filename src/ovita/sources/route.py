@@ -262,7 +262,7 @@ class _Besides:
             if self._asks_surely(phrase):
                 self.placeless.append(phrase)  # "one and a half metres up in between"
                 self._wish(phrase)
-            elif phrase.classes & {*TURNING}:
+            elif phrase.classes & {*TURNING, "front", "back"}:
                 self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
 

@@ -93,7 +93,7 @@ def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
     found = places_among(text, phrase.pieces)
     if found:
         return _row(text, phrase, found)
-    if BACK & {*phrase.words} and ("back", "of") not in pairwise(phrase.words):
+    if BACK & {*phrase.words} and {("back", "of"), ("back", "side")}.isdisjoint(pairwise(phrase.words)):
         onward = text.words[phrase.pieces.start : phrase.pieces.stop + 4]  # "then back to normal speed"
         paced = ("back", "to") in pairwise(onward) and not PACES.isdisjoint(onward)
         return [WayStop(phrase, phrase.role, None, phrase.pieces, back=not paced)]
