@@ -364,7 +364,7 @@ def test_a_distance_behind_a_denied_nearness_counts():
 )
 def test_what_it_is_for_and_what_it_is_like_ask_for_nothing(why):
     route = read_route(f"From the shed to the bench, stop at the tower for 2 seconds, {why}, then continue", YARD)
-    assert f"took {why!r} as a reason" in [note.replace('"', "'") for note in route.notes] or "'" in why
+    assert any(why in note and "a reason" in note for note in route.notes), route.notes
     assert [(wish.outcome, wish.text) for wish in route.wishes] == [("do", "wait 2 s at the tower")]
     assert (route.start.label, route.goal.label, route.doubts) == ("the shed", "the bench", ())
 
