@@ -34,8 +34,11 @@ VOICES = CORPUS.parent / "voices"
 OUT = Path(__file__).parents[1] / "src" / "ovita" / "sources" / tagging.WEIGHTS
 ROLE = dict(zip("SVGRW", tagging.ROLES, strict=True))
 HIDDEN, DROPPED, EPOCHS, BATCH, RATE, DECAY, SEED = 96, 0.3, 12, 8, 1e-3, 0.01, 7
+LAST_RATE = 0.02
+"""The share of the rate that is left at the end."""
+
 WEIGHT_OF_MOVES = 0.3
-REPEATED = 4
+REPEATED = 8
 """How often a sentence of the corpus counts, beside those that are put together."""
 
 
@@ -109,12 +112,14 @@ def trained(rows: list[tuple[np.ndarray, list[int]]], seed: int = SEED) -> dict[
     steps = torch.optim.AdamW(net.parameters(), lr=RATE, weight_decay=DECAY)
     xs = [torch.tensor(((x - mean) / scale).astype(np.float32)) for x, _ in rows]
     ys = [torch.tensor(y) for _, y in rows]
+    slower = torch.optim.lr_scheduler.LinearLR(steps, 1.0, LAST_RATE, EPOCHS * -(-len(rows) // BATCH))
     for _ in range(EPOCHS):
         for batch in torch.randperm(len(rows)).split(BATCH):
             x, y = torch.cat([xs[i] for i in batch]), torch.cat([ys[i] for i in batch])
             steps.zero_grad()
             (torch.nn.functional.cross_entropy(net(x), y, reduction="sum") / 100).backward()
             steps.step()
+            slower.step()
     moves = np.full((len(tagging.LABELS) + 1, len(tagging.LABELS)), 0.05)
     for _, y in rows:
         np.add.at(moves, ([len(tagging.LABELS), *y[:-1]], y), 1.0)
@@ -229,7 +234,7 @@ def main() -> None:
     """Train and write, or judge."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--judge", action="store_true")
-    parser.add_argument("--composed", type=int, default=4000, help="sentences that are put together besides")
+    parser.add_argument("--composed", type=int, default=1500, help="sentences that are put together besides")
     options = parser.parse_args()
     corpus = lines()
     made_up = composed(options.composed)

@@ -436,7 +436,7 @@ def test_a_share_that_is_told_behind_a_wait_is_where_it_is():
 
 
 def test_it_of_a_wait_is_what_was_told_by_the_same_relation():
-    said = "Go left of the bottle from the box to the plate and stop for 2 s when you are next to it"
+    said = "Go left of the bottle from the box to the plate and stop next to it for 2 s"
     (frame,) = (frame for wish in read_route(said, TABLE).wishes for frame in wish.frames)
     assert frame.place == "bottle"
 

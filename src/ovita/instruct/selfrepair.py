@@ -14,6 +14,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
 ENDS = frozenset(("comma", "dot", "and"))
+LINKING = ("filler", "on", "at", "from")
 NOES = ("no", "nope", "nah", "wait")
 DIGITS = "0123456789.,"
 GROUPS = (
@@ -66,7 +67,7 @@ def _pairs(before: list[Chunk], behind: Sequence[Chunk]) -> list[tuple[Chunk, Ch
         if old is not None:
             before.remove(old)
             pairs.append((old, new))
-        elif not pairs:
+        elif not pairs and new.kind not in LINKING:
             break
     return pairs
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
+from ovita.instruct.lexicon import DETERMINERS
 from ovita.sources.phrases import WayPhrase, places_among
 from ovita.sources.places import PHRASES, SIDES, Location, Text, phrase_at, way_words
 from ovita.sources.stops import WayStop, same_place
@@ -73,7 +74,7 @@ class WayTold:
                 meant, taken = again
             gap = text.text[text.pieces[k - 1].span[1] : begin] if said else ""
             name = the(meant.objects[0].name) if meant else text.text[begin:end]
-            said += gap + (name.removeprefix("the ") if meant and said and text.is_article_at(k - 1) else name)
+            said += gap + (name.removeprefix("the ") if meant and said and text.words[k - 1] in DETERMINERS else name)
         return said.strip()
 
     def passed_alone(self, phrase: WayPhrase) -> Location | None:

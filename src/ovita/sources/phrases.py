@@ -37,6 +37,11 @@ class WayPhrase:
     why: bool = False
     seen: Location | None = None
 
+    @property
+    def nothing(self) -> float:
+        """How likely its words ask for nothing."""
+        return 1.0 - sum(self.shares.values())
+
     @cached_property
     def classes(self) -> frozenset[str]:
         """Of its words, see `instruct.lexicon.term_at`."""
@@ -84,7 +89,8 @@ class WayPhrase:
     @property
     def denies(self) -> bool:
         """Whether all that it does is to deny something: "on no account drive over the cup"."""
-        return any(self._all_from(k) for k in range(len(self.words)) if term_at(self.words, k)[0] == "never")
+        kinds = ({term_at(self.words, k)[0], concept_at(self.words, k)[0]} for k in range(len(self.words)))
+        return any("never" in kind and self._all_from(k) for k, kind in enumerate(kinds))
 
     @property
     def dismisses(self) -> bool:
@@ -120,7 +126,7 @@ def phrases_of(text: Text) -> list[WayPhrase]:
     for side in seen_sides(text):
         found = _with_side(text, found, side)
     found = [part for phrase in found for part in _from_one_to_another(text, phrase)]
-    return _with_manners(text, found)
+    return [part for phrase in _with_manners(text, found) for part in _with_figure(text, phrase)]
 
 
 def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
@@ -128,6 +134,9 @@ def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhras
     found = list[WayPhrase]()
     for phrase in phrases:
         before = found[-1] if found and phrase.pieces else None
+        if before is not None and _begun_by(before, phrase):
+            found[-1] = part_of(text, phrase, range(before.pieces.start, phrase.pieces.stop))
+            continue
         cut = 0 if before is None else _cut_off(text, before, phrase)
         if before is not None and cut:
             found[-1] = part_of(text, before, range(before.pieces.start, cut))
@@ -135,6 +144,16 @@ def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhras
         else:
             found.append(phrase)
     return found
+
+
+def _begun_by(before: WayPhrase, phrase: WayPhrase) -> bool:
+    """Whether a wish is only the beginning of the one that follows at once: "stay please | always 10 cm from it"."""
+    alike = before.role == phrase.role == "wish" and before.pieces.stop == phrase.pieces.start
+    return alike and len(before.words) <= FEW and not before.amounts
+
+
+FEW = 2
+"""Words of a beginning, at most."""
 
 
 def _cut_off(text: Text, before: WayPhrase, phrase: WayPhrase) -> int:
@@ -155,12 +174,12 @@ RATHER = 0.2
 
 
 def _with_both_ends(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with a place that was taken for a wish as the end that no other one tells, if it may well be that."""
+    """The phrases with a place that was taken for none of the way as the end that no other one tells, if likely."""
     ends: tuple[Role, ...] = ("start", "goal")
     for end in ends:
         if any(phrase.role == end for phrase in phrases):
             continue
-        placed = [p for p in phrases if p.role == "wish" and places_among(text, p.pieces)]
+        placed = [p for p in phrases if p.role in ("wish", None) and places_among(text, p.pieces)]
         placed = [p for p in placed if p.shares[end] > POSSIBLE or p.words[0] == LEADING_TO[end]]
         meant = max(placed, key=lambda phrase: phrase.shares[end], default=None)
         phrases = [replace(phrase, role=end) if phrase is meant else phrase for phrase in phrases]
@@ -205,6 +224,26 @@ def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
             rest += [part_of(text, replace(phrase, role="wish", shares=none), _manner(text, k)) for k in manners]
         found += rest
     return sorted(found, key=lambda phrase: phrase.span)
+
+
+def _with_figure(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
+    """A phrase without a role as one with a wish for the figure that it names: "now the carpet: | zigzag"."""
+    if phrase.role or phrase.reasons or phrase.nothing > NOTHING or "never" in phrase.classes:
+        return [phrase]
+    terms = ((k, *term_at(text.words, k)) for k in phrase.pieces)
+    told = next((range(k, k + used) for k, kind, used in terms if kind in FIGURES), None)
+    if told is None or told.stop > phrase.pieces.stop:
+        return [phrase]
+    none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
+    wish = part_of(text, replace(phrase, role="wish", shares=none), told)
+    return sorted([*around(text, phrase, told), wish], key=lambda part: part.span)
+
+
+NOTHING = 0.95
+"""How likely words have to ask for nothing to be passed over, whatever they hold: "the floor is wet on the right"."""
+
+FIGURES = frozenset(("zigzag", "wave", "waves", "spiral", "circle", "eight"))
+"""Classes of words that ask for a figure, which is passed over by nothing else."""
 
 
 def _manner(text: Text, k: int) -> range:

@@ -58,6 +58,12 @@ AWAY, ARTICLES, HAVING = way_words("away"), way_words("article"), way_words("hav
 NAME = 4
 """Words of the name of a thing, at most."""
 
+POINTED = frozenset("from to stop stopping end ending finish finishing".split())
+"""Words behind which "there" is a place of the way."""
+
+PASSED = frozenset("pass passing take taking leave leaving keep keeping".split())
+"""Words behind which "it" is what the way passes on a side that follows."""
+
 CLOSING = frozenset(", ; . : ! ? ( ) and then".split())
 """What may follow a side for which nothing else stands: "pass the wall left"."""
 
@@ -210,12 +216,13 @@ class Text:
         return distance, "", i if distance is None else at
 
     def _meant(self, i: int, related: bool) -> tuple[Location, int] | None:
-        """What "above it" and "from there" mean: the object that was named last before."""
+        """What "above it", "pass it on the left" and "from there" mean: the object that was named last before."""
         said = self.words[i] if 0 < i < len(self) else ""
         if i > 1 and self.words[i - 1] == "at" and self.words[i - 2].endswith(("'re", "'m", "is", "are")):
             return None  # "while you're at it"
-        there = said == "there" and self.words[i - 1] in ("from", "to") and "where" not in self.words[i : i + 6]
-        if not there and not (said == "it" and related):
+        there = said == "there" and self.words[i - 1] in POINTED and "where" not in self.words[i : i + 6]
+        sided = related or (self.words[i - 1] in PASSED and phrase_at(self.words, i + 1, BEHIND)[1] > 0)
+        if not there and not (said in ("it", "them") and sided):
             return None
         place = self.meant_at(i)
         return (place, i + 1) if place is not None else None

@@ -123,7 +123,8 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     if any(amount_at(text.words, n) is not None for n in range(begin, end)):
         return None
     first = begin + (told[0] == "that")
-    grounds = (n for n in range(first, end) if text.words[n] == "-" or phrase_at(text.words, n, GROUND)[1])
+    cut = REASON | {"-"}
+    grounds = (n for n in range(first, end) if text.words[n] in cut or phrase_at(text.words, n, GROUND)[1])
     end = next(grounds, end)
     verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
     if text.words[first] in SPEAKER and first + 1 < end and verb is None:

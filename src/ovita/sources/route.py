@@ -29,10 +29,11 @@ from ovita.instruct.frames import (
     Wait,
 )
 from ovita.instruct.lexicon import is_filler, is_known
+from ovita.instruct.selfrepair import repaired
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.mentions import WayTold, barred_by, mentioned
-from ovita.sources.phrases import CARRIERS, TOUCHING, WAY, WayPhrase
+from ovita.sources.phrases import CARRIERS, FIGURES, NOTHING, TOUCHING, WAY, WayPhrase, places_among
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
@@ -147,7 +148,7 @@ UNKNOWN = {
 
 def read_route(sentence: str, scene: Scene) -> Route:
     """Read the way that a sentence tells, and what else it asks for."""
-    text = Text(sentence, scene)
+    text = _without_slips(Text(sentence, scene))
     stops = read_stops(text)
     start, via, goal = ordered_way(stops.placed)
     asked = _Besides(WayTold(text, tuple(stops.placed), start, goal))
@@ -170,6 +171,13 @@ def read_route(sentence: str, scene: Scene) -> Route:
         barred=tuple(asked.barred),
         doubts=(*unsure, *(f"Nothing is done about {quoted([words])}." for words in asked.left)),
     )
+
+
+def _without_slips(text: Text) -> Text:
+    """A sentence without the sides and amounts that its speaker takes back; places are weighed, see `read_stops`."""
+    kept = Text(repaired(text.text, text.scene), text.scene)
+    both = [len(places_among(one, range(len(one)))) for one in (text, kept)]
+    return kept if both[0] == both[1] else text
 
 
 def circles(figure: Figure, place: Location | None) -> bool:
@@ -262,7 +270,7 @@ class _Besides:
             if self._asks_surely(phrase):
                 self.placeless.append(phrase)  # "one and a half metres up in between"
                 self._wish(phrase)
-            elif phrase.classes & {*TURNING, "front", "back"}:
+            elif phrase.classes & {*TURNING, "front", "back"} and not self._lacks(phrase):
                 self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
 
@@ -275,9 +283,12 @@ class _Besides:
         return looks
 
     def _tells_a_stop(self, phrase: WayPhrase) -> bool:
-        """Whether a phrase tells a place, that the way leads back, or what is lacking."""
-        own = (stop for stop in self.way.stops if stop.phrase is phrase)
-        return any(stop.place or stop.back or stop.lacking for stop in own)
+        """Whether a phrase tells a place, or that the way leads back."""
+        return any(stop.place or stop.back for stop in self.way.stops if stop.phrase is phrase)
+
+    def _lacks(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase tells a place that the scene lacks."""
+        return any(stop.lacking for stop in self.way.stops if stop.phrase is phrase)
 
     def _carries(self, phrase: WayPhrase) -> bool:
         """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
@@ -320,8 +331,12 @@ class _Besides:
         doing = any(one in DOING and other in ("a", "an", "the") for one, other in pairwise(heard))
         asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
         wanted = asked or DEMANDS & {*words} or FIGURES & phrase.classes or (strange and doing)
-        if told and self._asks_surely(phrase):
+        if (told or (len(words) > 2 and phrase.nothing <= NOTHING)) and self._asks_surely(phrase):
             self._wish(phrase)
+        elif self._bears(phrase):
+            self.passed |= {said: "asking for nothing"} if told else {}
+        elif phrase.nothing > NOTHING and not phrase.classes & {*FIGURES, "correct"}:
+            self.passed |= {said: "asking for nothing"} if len(words) > 2 and told else {}
         elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
             self.left.append(said)
         elif len(words) > 2 and told:
@@ -331,7 +346,8 @@ class _Besides:
         """Whether the readers of instructions are sure of what words without a role ask for."""
         heard = wishes_of(bare(self.way.resolved(phrase)), self.way.text.scene)
         frames = _frames(heard)
-        kinds = all(isinstance(frame, Clearance | Figure | Height | Pace) for frame in frames)
+        ending = (StopAt,) if phrase.role == "goal" else ()  # "stopping short of it by 20 cm"
+        kinds = all(isinstance(frame, (Clearance, Figure, Height, Pace, *ending)) for frame in frames)
         return bool(frames) and kinds and all(w.outcome == "do" and not w.unused and not w.doubts for w in heard)
 
     def _wish(self, phrase: WayPhrase) -> None:
@@ -454,17 +470,25 @@ class _Besides:
 
     def _take(self, phrase: WayPhrase, heard: Sequence[Wish]) -> None:
         """Keep what was heard; nothing is done about what comes to nothing, unless it says what is carried."""
-        carried = phrase.words[0] in CARRIERS and self.way.leads_to_a_place(phrase)
         for whole in heard:
             wish = self._not_seen_to(phrase, whole)
             if wish is None:
                 self.passed[whole.text] = "what is done anyway"
-            elif wish.outcome != "decline":
+            elif wish.outcome not in ("decline", "ask") or (wish.outcome == "ask" and not self._says_little(phrase)):
                 self.wishes.append(wish)
-            elif carried and not (wish.frames or wish.unused or phrase.amounts):
-                self.passed[wish.text] = "asking for nothing"  # "take dirty sheets from the door"
-            else:
+            elif self._bears(phrase) and not (wish.frames or wish.unused):
+                self.passed[wish.text] = "asking for nothing"
+            elif not self._carries(phrase):
                 self.left.append(wish.text)
+
+    def _bears(self, phrase: WayPhrase) -> bool:
+        """Whether a phrase says what is carried to the place that follows: "take dirty sheets | from the door"."""
+        return phrase.words[0] in CARRIERS and self.way.leads_to_a_place(phrase) and not phrase.amounts
+
+    def _says_little(self, phrase: WayPhrase) -> bool:
+        """Whether a wish of which nothing is read holds nothing to ask about: "do a round trip"."""
+        named = any(self.way.text.object_at(k) is not None for k in phrase.pieces)
+        return not (phrase.amounts or named) and len(phrase.words) <= SHORT and len(self.way.stops) > 1
 
     def _not_seen_to(self, phrase: WayPhrase, wish: Wish) -> Wish | None:
         """A wish without what a plan does anyway, as going straight, and without waypoints left out beside a speed."""
@@ -601,11 +625,11 @@ def _behind_verb(phrase: WayPhrase) -> str:
 DOING, BEFORE = frozenset(("do", "make", "perform", "execute", "draw")), 3
 """With a word that nobody knows, these ask for something, so many words before it: "do a backflip"."""
 
-FIGURES = frozenset(("zigzag", "wave", "waves", "spiral", "circle", "eight"))
-"""Classes of words that ask for a figure, which is never passed over."""
-
 ASKS, ASKS_STRANGELY = 0.5, 0.28
 """How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
+
+SHORT = 5
+"""Words of a wish that may be passed over with a doubt, rather than asked about."""
 
 MANNER = 2
 """Words that may only tell how one goes, and whose question is left to the reader of all wishes: "push in"."""

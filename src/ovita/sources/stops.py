@@ -98,7 +98,7 @@ def stops_of(text: Text, phrase: WayPhrase) -> list[WayStop]:
         paced = ("back", "to") in pairwise(onward) and not PACES.isdisjoint(onward)
         return [WayStop(phrase, phrase.role, None, phrase.pieces, back=not paced)]
     lacking = _lacking(text, phrase)
-    left = phrase.said if phrase.measured and not lacking else ""
+    left = phrase.said if phrase.measured else ""
     return [WayStop(phrase, phrase.role, None, phrase.pieces, lacking, left)]
 
 

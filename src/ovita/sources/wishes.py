@@ -12,6 +12,8 @@ from ovita.instruct.frames import (
     Extend,
     Figure,
     Height,
+    Hover,
+    Keep,
     Pace,
     Quantity,
     Reading,
@@ -355,8 +357,14 @@ def _twin(frame: SemanticFrame, told: Sequence[object]) -> bool:
     """Whether a frame tells by no amount what another one tells: a speed, a stop where there is a wait, a distance."""
     if isinstance(frame, StopAt):
         return ("wait", frame.place) in told
+    if isinstance(frame, Hover):  # "hang about above the cup for 3 s"
+        return not frame.quantities and all(("wait", name) in told for name in frame.named)
+    if isinstance(frame, Keep):  # "a constant speed of 0.15 m/s, the speed must not change"
+        return frame.what == "speed" and ("constant", frame.part) in told
     if isinstance(frame, Approach):
         return frame.sense == "farther" and ("clear", frame.objects) in told
+    if isinstance(frame, Pace) and frame.change == "slower" and ("set", frame.part) in told:
+        return not frame.quantities  # "easy, half the speed"
     return isinstance(frame, Pace | Wait) and not frame.quantities and _subject(frame) in told
 
 
