@@ -59,7 +59,7 @@ ARM = Robot.preset("arm")
         ("From the box to the plate, stopping at the bottle for 2 s", "the box", ["the bottle"], "the plate",
          "wait 2 s at the bottle"),
         ("Go at no more than 0.2 m/s from the box to the plate", "the box", [], "the plate",
-         "Go at no more than 0.2 m/s"),
+         "at no more than 0.2 m/s"),
         ("Don't go above half a metre from the box to the plate", "the box", [], "the plate",
          "Don't go above half a metre"),
         ("Start at the box and finish a metre above the plate", "the box", [], "1.00 m above the plate", ""),
@@ -76,7 +76,7 @@ ARM = Robot.preset("arm")
         ("From box to plate, d(bottle) >= 0.12 m", "the box", [], "the plate", "d(bottle) >= 0.12 m"),
         ("One lap of the bottle between leaving the box and reaching the plate", "the box", [], "the plate",
          "One lap of the bottle"),
-        ("Zigzag it from the box to the plate", "the box", [], "the plate", "Zigzag it"),
+        ("Zigzag it from the box to the plate", "the box", [], "the plate", "Zigzag"),
         ("Bring the ring from the box to the plate", "the box", [], "the plate", ""),
         ("From the box to the plate at the end with a twist", "the box", [], "the plate", "at the end with a twist"),
         ("Would you be so kind as to go from the box to the plate, pleeease", "the box", [], "the plate", ""),
@@ -436,7 +436,7 @@ def test_a_share_that_is_told_behind_a_wait_is_where_it_is():
 
 
 def test_it_of_a_wait_is_what_was_told_by_the_same_relation():
-    said = "Go left of the bottle from the box to the plate and stop next to it for 2 s"
+    said = "Go left of the bottle from the box to the plate and wait for 2 s next to it"
     (frame,) = (frame for wish in read_route(said, TABLE).wishes for frame in wish.frames)
     assert frame.place == "bottle"
 

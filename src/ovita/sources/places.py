@@ -16,7 +16,7 @@ import numpy as np
 from ovita.errors import RequestError
 from ovita.instruct.chunks import respelt
 from ovita.instruct.encoder import network
-from ovita.instruct.lexicon import amount_at, concepts, terms, unit_at
+from ovita.instruct.lexicon import Amount, amount_at, concepts, terms, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
 from ovita.limits.path import bounds, flatten, keep_out
 from ovita.limits.problem import TOLERANCE, Obstacle, from_object, is_support, obstacles_of
@@ -57,6 +57,9 @@ AWAY, ARTICLES, HAVING = way_words("away"), way_words("article"), way_words("hav
 
 NAME = 4
 """Words of the name of a thing, at most."""
+
+BARE_METRES = 3.0
+"""A number without a unit, in front of a place, is in metres up to this one."""
 
 POINTED = frozenset("from to stop stopping end ending finish finishing".split())
 """Words behind which "there" is a place of the way."""
@@ -275,7 +278,14 @@ class Text:
 
     def _distance(self, i: int) -> tuple[float | None, int]:
         amount = amount_at(self.words, i) if i < len(self) else None
-        return (amount.value, i + amount.used) if amount is not None and amount.unit == "m" else (None, i)
+        if amount is None or not (amount.unit == "m" or self._in_metres(amount, i + amount.used)):
+            return None, i
+        return amount.value, i + amount.used
+
+    def _in_metres(self, amount: Amount, behind: int) -> bool:
+        """Whether a number without a unit is a distance in metres: "0.05 above the cup"."""
+        related = behind < len(self) and PHRASES.get(phrase_at(self.words, behind, PHRASES)[0], "at") != "at"
+        return not amount.unit and amount.value < BARE_METRES and related
 
     def _after_articles(self, i: int) -> int:
         while i < len(self) and self._is_article(i):

@@ -72,7 +72,7 @@ def _clause(text: Text, k: int) -> ReasonClause | None:
     begin = k + used
     if said.split()[-1] in PERSONS:  # "while I read it"
         return ReasonClause(range(k, end), begin) if begin < end and TELLING.isdisjoint(text.words[begin:end]) else None
-    verb = next((n for n in range(begin, min(end, begin + SUBJECT)) if text.words[n] in FINITE), None)
+    verb = _verb(text, begin, end)
     if verb is None or (verb == begin and "'" not in text.words[verb]):
         return None  # without a subject: "as is"
     meanwhile = text.words[verb + 1 : verb + 2] and text.words[verb + 1] in MEANWHILE
@@ -126,7 +126,7 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     cut = REASON | {"-"}
     grounds = (n for n in range(first, end) if text.words[n] in cut or phrase_at(text.words, n, GROUND)[1])
     end = next(grounds, end)
-    verb = next((n for n in range(first, min(end, first + SUBJECT)) if text.words[n] in FINITE), None)
+    verb = _verb(text, first, end)
     if text.words[first] in SPEAKER and first + 1 < end and verb is None:
         verb = first + 1  # "it tips over easily"
     named = verb is not None and verb + 1 < end and text.words[verb] in FINITE
@@ -136,6 +136,19 @@ def _statement(text: Text, k: int, begin: int, end: int) -> ReasonClause | None:
     stated = verb is not None and (verb > first or text.words[verb].partition("'")[0] in SPEAKER)
     stated = stated and not (verb is not None and BIDDEN.issuperset(text.words[first : verb + 1]))  # "and don't dawdle"
     return ReasonClause(range(k, end), verb) if stated and verb is not None else None
+
+
+def _verb(text: Text, begin: int, end: int) -> int | None:
+    """The verb of a clause, which no word of a name is, as in "watering can", nor the "its" of "on its left"."""
+    told = range(begin, min(end, begin + SUBJECT))
+    names = ((k, text.object_at(k)) for k in told)
+    inside = {n for k, named in names if named is not None for n in range(k, named[1])}
+    inside |= {n for n in told if text.words[n] == "its" and text.words[n - 1] in OWNING}
+    return next((n for n in told if text.words[n] in FINITE and n not in inside), None)
+
+
+OWNING = frozenset("at on by to of from in past with".split())
+"""Words behind which "its" is no verb."""
 
 
 def _asks_like(text: Text, k: int, end: int) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 
@@ -28,19 +28,17 @@ from ovita.instruct.frames import (
     Trim,
     Wait,
 )
-from ovita.instruct.lexicon import is_filler, is_known
 from ovita.instruct.selfrepair import repaired
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
-from ovita.sources.mentions import WayTold, barred_by, mentioned
-from ovita.sources.phrases import CARRIERS, FIGURES, NOTHING, TOUCHING, WAY, WayPhrase, places_among
+from ovita.sources.asides import Aside, aside, asks_surely, bears, excuse, leads
+from ovita.sources.mentions import WayTold, mentioned
+from ovita.sources.phrases import WAY, WayPhrase, places_among
 from ovita.sources.places import SIDES, Location, Text, way_words
-from ovita.sources.reasons import BIDDING, ENDING, FINITE
 from ovita.sources.rings import Ring, ring_of
 from ovita.sources.stops import (
     TURNING,
     WayStop,
-    carries,
     ordered_way,
     read_stops,
     same_place,
@@ -49,7 +47,6 @@ from ovita.sources.tagging import Role
 from ovita.sources.waits import Waits
 from ovita.sources.wishes import (
     ONWARD,
-    TIES,
     Level,
     Wish,
     bare,
@@ -67,7 +64,7 @@ SURE = 0.6
 """How likely the way has to be, among all that the places might make, to be planned without asking."""
 
 STARTING, FINISHING = map(way_words, ("starting", "finishing"))
-FASTEST, HASTE, DEMANDS, AGAIN = map(way_words, ("fastest", "haste", "demand", "as before"))
+FASTEST, HASTE, AGAIN = map(way_words, ("fastest", "haste", "as before"))
 APART, EVERYTHING = map(way_words, ("apart", "everything"))
 DISTANCE = frozenset(("clearance", "separation", "closer", "nearer", "distance", "standoff", "margin", "gap"))
 """Words that say that an amount is a distance to keep, from all where no object is meant."""
@@ -253,34 +250,28 @@ class _Besides:
     def _hear(self, phrase: WayPhrase, following: WayPhrase | None, denied: bool) -> bool:
         """Take up one phrase; whether the one behind it was heard with it."""
         said, joined = phrase.said.strip(" ,;.:"), False
-        if self._excused(phrase, said, denied) or self._looks(phrase, said):
-            return False
-        if denied:
+        excused = excuse(self.way, phrase, denied=denied)
+        if excused is not None:
+            self._note(said, excused)
+        elif denied:
             self.left += [said] if phrase.role not in {stop.role for stop in self.way.stops if stop.place} else []
         elif bare(said).lower() in ONWARD:
             self._go_on(phrase)
         elif phrase.role == "wait" or phrase.lasting:
             heard, joined = self.waits.told(phrase, following)
             self._take(phrase, heard)
-        elif phrase.role == "wish" and (self._asks_surely(phrase) or not self._carries(phrase)):
+        elif phrase.role == "wish" and (asks_surely(self.way, phrase) or not leads(self.way, phrase)):
             self._wish(phrase)
         elif phrase.role is None and not self.way.is_place(phrase):
-            self._aside(phrase, said)
+            told = aside(self.way, phrase)
+            self._wish(phrase) if told is None else self._note(said, told)
         elif phrase.role in WAY and not self._tells_a_stop(phrase):
-            if self._asks_surely(phrase):
+            if asks_surely(self.way, phrase):
                 self.placeless.append(phrase)  # "one and a half metres up in between"
                 self._wish(phrase)
             elif phrase.classes & {*TURNING, "front", "back"} and not self._lacks(phrase):
                 self.left.append(said)  # "one orbit of the mast, left hand"
         return joined
-
-    def _looks(self, phrase: WayPhrase, said: str) -> bool:
-        """Whether a phrase tells what for, and no speed: "swing by the tower for a quick look"."""
-        stays = phrase.role in ("wait", "wish") and phrase.words[:2] == ("for", "a") and not phrase.amounts
-        frames = _frames(wishes_of(bare(said), self.way.text.scene)) if stays else []
-        looks = bool(frames) and all(isinstance(frame, Pace) and frame.part == WHOLE for frame in frames)
-        self.passed |= {said: "asking for nothing"} if looks else {}
-        return looks
 
     def _tells_a_stop(self, phrase: WayPhrase) -> bool:
         """Whether a phrase tells a place, or that the way leads back."""
@@ -290,65 +281,13 @@ class _Besides:
         """Whether a phrase tells a place that the scene lacks."""
         return any(stop.lacking for stop in self.way.stops if stop.phrase is phrase)
 
-    def _carries(self, phrase: WayPhrase) -> bool:
-        """Whether a phrase only carries the way to the place that follows: "pick | it up at the box"."""
-        words, lead = phrase.words, self.way.leads_to_a_place(phrase)
-        return (lead and CARRIERS.issuperset(words)) or all(is_filler(word) or word in TIES for word in words)
-
-    def _excused(self, phrase: WayPhrase, said: str, denied: bool) -> bool:
-        """Whether a phrase tells why, or what to leave out, which is noted."""
-        if phrase.reasons:
-            self._reason(phrase, said)
-            return True
-        besides = phrase.role in (None, "wish", "wait")
-        barred = barred_by(self.way.text, phrase) if denied or besides else []
-        self.barred += barred
-        why = f"not to lead over {listed(map(the, barred))}" if barred else ""
-        if phrase.dismisses and not self.way.is_place(phrase):
-            why = why or "what is to be left out"
-        elif besides and phrase.careful and not denied:
-            why = why or ("what the limits see to" if TOUCHING & {*phrase.words} else "what is done anyway")
-        self.passed |= {said: why} if why else {}
-        return bool(why)
-
-    def _reason(self, phrase: WayPhrase, said: str) -> None:
-        """A reason asks for nothing, unless its words hold more: "as it is full go slowly"."""
-        text, stop = self.way.text, phrase.pieces.stop
-        more = _behind_verb(phrase) if phrase.why else ""
-        closed = stop == len(text) or text.words[stop] in ENDING
-        more = more if not closed or BIDDING & {*more.split()[1:]} else ""
-        asks = " " in more and any(wish.outcome == "do" for wish in wishes_of(more, text.scene))
-        self.left += [said] if asks else []
-        self.passed |= {} if asks else {said: "a reason"}
-
-    def _aside(self, phrase: WayPhrase, said: str) -> None:
-        """Words without a role: they ask for nothing, or nothing is done about them."""
-        words = phrase.words
-        told = [k for k, w in enumerate(words) if w.isalpha() and w not in TIES and not carries(words, k)]
-        turned = phrase.classes & {"never", "correct"} and phrase.classes & {"over", "under", "front", "back", *TURNING}
-        strange = any(not is_known(words[k]) for k in told)
-        heard = self.way.text.words[max(phrase.pieces.start - BEFORE, 0) : phrase.pieces.stop]
-        doing = any(one in DOING and other in ("a", "an", "the") for one, other in pairwise(heard))
-        asked = phrase.shares["wish"] + phrase.shares["wait"] > (ASKS_STRANGELY if strange else ASKS)
-        wanted = asked or DEMANDS & {*words} or FIGURES & phrase.classes or (strange and doing)
-        if (told or (len(words) > 2 and phrase.nothing <= NOTHING)) and self._asks_surely(phrase):
-            self._wish(phrase)
-        elif self._bears(phrase):
-            self.passed |= {said: "asking for nothing"} if told else {}
-        elif phrase.nothing > NOTHING and not phrase.classes & {*FIGURES, "correct"}:
-            self.passed |= {said: "asking for nothing"} if len(words) > 2 and told else {}
-        elif phrase.measured or turned or phrase.tells_a_side or (told and wanted):
+    def _note(self, said: str, aside: Aside) -> None:
+        """Note why words are passed over, or that nothing is done about them."""
+        self.barred += aside.barred
+        if not aside.why:
             self.left.append(said)
-        elif len(words) > 2 and told:
-            self.passed[said] = "asking for nothing"
-
-    def _asks_surely(self, phrase: WayPhrase) -> bool:
-        """Whether the readers of instructions are sure of what words without a role ask for."""
-        heard = wishes_of(bare(self.way.resolved(phrase)), self.way.text.scene)
-        frames = _frames(heard)
-        ending = (StopAt,) if phrase.role == "goal" else ()  # "stopping short of it by 20 cm"
-        kinds = all(isinstance(frame, (Clearance, Figure, Height, Pace, *ending)) for frame in frames)
-        return bool(frames) and kinds and all(w.outcome == "do" and not w.unused and not w.doubts for w in heard)
+        elif not aside.silent:
+            self.passed[said] = aside.why
 
     def _wish(self, phrase: WayPhrase) -> None:
         """A wish as any instruction, where it is not about planning: a pace, a height, how a place is come to."""
@@ -476,14 +415,10 @@ class _Besides:
                 self.passed[whole.text] = "what is done anyway"
             elif wish.outcome not in ("decline", "ask") or (wish.outcome == "ask" and not self._says_little(phrase)):
                 self.wishes.append(wish)
-            elif self._bears(phrase) and not (wish.frames or wish.unused):
+            elif bears(self.way, phrase) and not (wish.frames or wish.unused):
                 self.passed[wish.text] = "asking for nothing"
-            elif not self._carries(phrase):
+            elif not leads(self.way, phrase):
                 self.left.append(wish.text)
-
-    def _bears(self, phrase: WayPhrase) -> bool:
-        """Whether a phrase says what is carried to the place that follows: "take dirty sheets | from the door"."""
-        return phrase.words[0] in CARRIERS and self.way.leads_to_a_place(phrase) and not phrase.amounts
 
     def _says_little(self, phrase: WayPhrase) -> bool:
         """Whether a wish of which nothing is read holds nothing to ask about: "do a round trip"."""
@@ -615,18 +550,6 @@ class _Besides:
 def _frames(heard: Sequence[Wish]) -> list[SemanticFrame]:
     return [frame for wish in heard for frame in wish.frames]
 
-
-def _behind_verb(phrase: WayPhrase) -> str:
-    """What stands behind the verb of a reason, in which something may be asked for: "as it is full go slowly"."""
-    verb = next((k for k, word in enumerate(phrase.words) if word in FINITE), 0)
-    return " ".join(phrase.words[verb + 1 :])
-
-
-DOING, BEFORE = frozenset(("do", "make", "perform", "execute", "draw")), 3
-"""With a word that nobody knows, these ask for something, so many words before it: "do a backflip"."""
-
-ASKS, ASKS_STRANGELY = 0.5, 0.28
-"""How likely words without a role may be a wish and yet be passed over; and those with a word that nobody knows."""
 
 SHORT = 5
 """Words of a wish that may be passed over with a doubt, rather than asked about."""

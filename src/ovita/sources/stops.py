@@ -266,7 +266,8 @@ def _against(text: Text, stops: Sequence[WayStop]) -> list[set[Role]]:
     for stop in stops:
         cues = range(min(stop.phrase.pieces.start, stop.pieces.start), stop.pieces.start + 1)
         passed = any(term_at(text.words, k)[0] in PASSED for k in cues)
-        found.append({"start", "goal"} if passed else set())
+        left = text.words[cues.start] == "from" and stop.place is not None and stop.place.distance is None
+        found.append({"start", "goal"} if passed else {"goal"} if left else set())
     _without_rivals(text, stops, found)
     for k, ((one, first), (two, second)) in enumerate(pairwise(zip(stops, found, strict=True))):
         between = {*text.words[one.pieces.stop : two.pieces.start]}

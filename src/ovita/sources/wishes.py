@@ -270,11 +270,13 @@ def _moderate(said: str, verdict: Understanding) -> bool:
 def _kept_off(said: str, verdict: Understanding) -> bool:
     """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
     words = said.lower().replace(",", " ").split()
-    kinds = [term_at([word], 0)[0] for word in words]
-    if any(amount_at(words, k) is not None for k in range(len(words))):
-        return False  # "not near the bottle, minimum one metre"
-    away = all(isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
-    return away and bool(verdict.reading.frames) and "never" in kinds and bool({"closer", "near"} & {*kinds})
+    kinds = {term_at(said, 0)[0] for k in range(len(words)) for said in (words[k : k + 1], words[k:])}
+    near = "never" in kinds and bool({"closer", "near"} & kinds)
+    if any(amount_at(words, k) is not None for k in range(len(words))):  # "not close to the pillar, half a metre"
+        kept = (isinstance(f, Clearance) and f.distance.role == "at_least" for f in verdict.reading.frames)
+    else:
+        kept = (isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
+    return near and bool(verdict.reading.frames) and all(kept)
 
 
 MUCH = (["too"], ["so"], ["very"], ["overly"])
