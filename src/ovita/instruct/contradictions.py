@@ -408,8 +408,16 @@ def _senses(frame: F.SemanticFrame) -> list[str]:
 
 def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
     """Whether two readings hold opposite senses, such as left and right."""
-    mine, theirs = ({sense for frame in frames for sense in _senses(frame)} for frames in (one, other))
+    mine, theirs = ({sense for frame in frames for sense in _senses(frame) + _paced(frame)} for frames in (one, other))
     return any(_OTHER[sense] in theirs for sense in mine)
+
+
+def _paced(frame: F.SemanticFrame) -> list[str]:
+    """Whether a multiple of the speed is slower or faster: "speed x0.5"."""
+    amount = frame.amount if isinstance(frame, F.Pace) and frame.change == "set" else None
+    if amount is None or amount.unit not in ("x", "%") or amount.value == 1.0:
+        return []
+    return ["slower" if amount.value < 1.0 else "faster"]
 
 
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:

@@ -109,6 +109,11 @@ class Understanding:
     rules: F.Reading | None = None
     learned: F.Reading | None = None
 
+    @property
+    def whole(self) -> bool:
+        """Whether the rules read all of it, so that another reading is one against them."""
+        return self.rules is not None and _reads(self.rules) and not (self.rules.unread or self.rules.aside)
+
 
 def understand(
     text: str,

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from ovita.instruct.lexicon import PLAIN, Amount, amount_at, concept_at, is_filler, term_at
-from ovita.sources.places import BEHIND, SEEN, Location, Text, phrase_at, way_words
+from ovita.sources.laps import lap_in
+from ovita.sources.places import BEHIND, PHRASES, SEEN, Location, Text, phrase_at, way_words
 from ovita.sources.reasons import BIDDING, REASON, ReasonClause, clauses
 from ovita.sources.sides import SeenSide, seen_sides
 from ovita.sources.tagging import ROLES, Role, seen_with_points, tagger
@@ -120,7 +121,7 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         words = tuple(text.words[k] for k in pieces)
         phrase = WayPhrase(tagged.role, tagged.shares, tagged.span, pieces, words, text.text[begin:end].strip())
         found.append(phrase)
-    found = _with_both_ends(text, _with_whole_names(text, found))
+    found = _with_both_ends(text, _with_laps(text, _with_whole_names(text, found)))
     for clause in clauses(text):
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
@@ -134,7 +135,7 @@ def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhras
     found = list[WayPhrase]()
     for phrase in phrases:
         before = found[-1] if found and phrase.pieces else None
-        if before is not None and _begun_by(before, phrase):
+        if before is not None and (_begun_by(before, phrase) or _there(before, phrase, found)):
             found[-1] = part_of(text, phrase, range(before.pieces.start, phrase.pieces.stop))
             continue
         cut = 0 if before is None else _cut_off(text, before, phrase)
@@ -150,6 +151,13 @@ def _begun_by(before: WayPhrase, phrase: WayPhrase) -> bool:
     """Whether a wish is only the beginning of the one that follows at once: "stay please | always 10 cm from it"."""
     alike = before.role == phrase.role == "wish" and before.pieces.stop == phrase.pieces.start
     return alike and len(before.words) <= FEW and not before.amounts
+
+
+def _there(before: WayPhrase, phrase: WayPhrase, earlier: Sequence[WayPhrase]) -> bool:
+    """Whether a place that was taken for another goal is where the wish behind it counts: "near the cup | slower"."""
+    beside = PHRASES.get(phrase_at(before.words, 0, PHRASES)[0]) == "beside"
+    another = before.role == "goal" and any(one.role == "goal" for one in earlier[:-1])
+    return beside and another and phrase.role == "wish" and before.pieces.stop == phrase.pieces.start
 
 
 FEW = 2
@@ -171,6 +179,13 @@ def _cut_off(text: Text, before: WayPhrase, phrase: WayPhrase) -> int:
 
 RATHER = 0.2
 """How likely a word or two behind a wish, with no mark between, have to be a part of it."""
+
+
+def _with_laps(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
+    """The phrases with what is circled so often, and was taken for a place, as a wish: "once right round the cup"."""
+    none = dict.fromkeys(ROLES, 0.0) | {"wish": 1.0}
+    laps = (p.role == "via" and lap_in(p.said, text.scene) is not None for p in phrases)
+    return [replace(p, role="wish", shares=none) if lap else p for p, lap in zip(phrases, laps, strict=True)]
 
 
 def _with_both_ends(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:

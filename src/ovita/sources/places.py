@@ -264,7 +264,7 @@ class Text:
     def _complete(self, phrases: Container[str], end: int) -> bool:
         """Whether a side that is told behind an object ends at a piece: "on the left", and not "on the left of it"."""
         if phrases is BARE:
-            return end == len(self) or self.words[end] in CLOSING
+            return self._closed(end)
         return phrases is SEEN or self.words[end : end + 1] not in (["of"], ["side"])
 
     def _far_from(self, place: Location, end: int) -> tuple[Location, int]:
@@ -328,12 +328,17 @@ class Text:
     def _one_word_of_one(self, i: int) -> Mention | None:
         """An object by a word of its name that no other one has, behind an article: "the scale", "the marbles"."""
         begins = i == 0 and [*self.words[1:2]] in (["to"], ["->"])  # "arch to booth"
-        if not begins and not (0 < i < len(self) and self._is_article(i - 1)):
+        ends = i > 0 and self.words[i - 1] in ("to", "at", "from", "->") and self._closed(i + 1)  # "at reception"
+        if not (begins or ends) and not (0 < i < len(self) and self._is_article(i - 1)):
             return None
         word, names = singular(self.words[i]), self.catalog.words
         items = tuple(item for item in self.scene if word in map(singular, names[item.name]))
         last = len(items) == 1 and word == singular(names[items[0].name][-1])
         return Mention(items, 1) if last or (len(items) == 1 and (word,) not in terms()) else None
+
+    def _closed(self, i: int) -> bool:
+        """Whether nothing, a mark or a word that ties stands at piece i."""
+        return i >= len(self) or self.words[i] in CLOSING
 
     def named_again(self, i: int) -> tuple[Location, int] | None:
         """The object that a name from piece i on means only since it was named in full before, and where it ends."""

@@ -26,7 +26,7 @@ from ovita.instruct.frames import (
     same,
 )
 from ovita.instruct.lexicon import amount_at, term_at
-from ovita.instruct.referee import DO, Outcome, Understanding, understand
+from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.heights import HeightTold, height_in
@@ -180,6 +180,7 @@ def read_wish(said: str, scene: Scene) -> Wish:
     open_words = [word for word in verdict.unused if not _paced(word, verdict.reading)]
     upright = all(isinstance(frame, Figure | Smooth | Clearance | Pace) for frame in verdict.reading.frames)
     enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
+    enough = AGAINST_WHOLE if verdict.by == "learned" and verdict.whole else enough
     plain = verdict.by == "both" or not open_words
     doubts = () if _moderate(said, verdict) or _kept_off(said, verdict) else verdict.doubts
     sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
