@@ -261,3 +261,8 @@ def test_read_needs_no_trajectory(tmp_path):
     scene.write_text(json.dumps({"objects": [{"name": "drill", "x": 0.3, "y": 0, "z": 0.1}]}))
     shown = CliRunner().invoke(cli, ["read", "clear the drill by 10 cm", "--scene", str(scene)])
     assert shown.exit_code == 0 and "clearance drill at_least=10cm" in shown.output
+
+
+def test_a_multiple_of_the_speed_is_never_read_as_the_opposite():
+    (frame,) = understand("speed x0.5", SCENE).reading.frames
+    assert frame.factor == 0.5

@@ -406,3 +406,63 @@ def test_a_share_of_the_speed_is_not_the_highest_speed():
 def test_a_side_of_what_was_named_is_kept_or_told():
     route = read_route("From the shed to the bench, do not go above the tower, pass it on the back side only", YARD)
     assert any(place.relation == "back" for place in route.via) or "back side" in " ".join(route.doubts)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "left of the tower, the floor is still wet on the right",
+        "left of the tower, crowd's going to be on the right",
+        "over the tower, not around it",
+        "and it must not splash",
+        "which I must film for my aunt",
+    ],
+)
+def test_remarks_and_what_is_done_anyway_need_no_yes(said):
+    route = read_route(f"From the shed to the bench, {said}", YARD)
+    assert (route.start.label, route.goal.label, route.doubts) == ("the shed", "the bench", ())
+    assert [place.relation for place in route.via] == ["left"] * ("left" in said) + ["over"] * ("over" in said)
+
+
+@pytest.mark.parametrize(
+    ("said", "shape"),
+    [("Now make it wavy, from the shed to the bench", "wave"), ("Now the lawn: zigzag from shed to bench", "zigzag")],
+)
+def test_a_figure_is_heard_among_words_that_ask_for_nothing(said, shape):
+    (wish,) = read_route(said, YARD).wishes
+    assert [frame.shape for frame in wish.frames] == [shape]
+
+
+def test_a_side_that_is_taken_back_is_not_passed():
+    route = read_route("From the shed to the bench, pass the tower on the right, no no, sorry, on its left", YARD)
+    assert [place.label for place in route.via] == ["left of the tower"] and not route.doubts
+
+
+def test_a_bare_number_before_a_place_is_in_metres():
+    route = read_route("start 0.05 above the shed, end 0.3 above the bench", YARD)
+    assert (route.start.distance, route.goal.distance) == (0.05, 0.3)
+
+
+def test_easy_and_half_the_speed_is_half_the_speed():
+    route = read_route("From the shed to the bench, easy, half the speed", YARD)
+    assert [frame.factor for wish in route.wishes for frame in wish.frames] == [0.5]
+
+
+def test_one_word_of_a_name_is_the_thing_behind_a_preposition():
+    hall = generation.scene_of(
+        "reception desk -2 0 0.5 0.6 0.6 1; palm 0 0 0.5 0.5 0.5 1; grey sofa 2 0 0.4 0.8 0.8 0.8"
+    )
+    route = read_route("Palm to reception, not too quick", hall)
+    assert (route.start.label, route.goal.label) == ("the palm", "the reception desk")
+
+
+def test_its_is_no_verb_behind_a_preposition_nor_can_in_a_name():
+    yard = generation.scene_of("watering can 0 0 0.3 0.3 0.3 0.6; shed -2 1 0.5 0.9 0.8 1; bench 2 -1 0.2 0.9 0.4 0.4")
+    route = read_route("From the shed to the bench, passing the watering can at its front", yard)
+    assert [place.label for place in route.via] == ["in front of the watering can"]
+
+
+def test_a_place_beside_another_goal_is_where_a_wish_counts():
+    route = read_route("From the shed to the bench, and next to the tower still slower because of the cat", YARD)
+    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
+    assert route.goal.label == "the bench" and frame.part.places == ("tower",)

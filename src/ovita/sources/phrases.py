@@ -155,7 +155,8 @@ def _begun_by(before: WayPhrase, phrase: WayPhrase) -> bool:
 
 def _there(before: WayPhrase, phrase: WayPhrase, earlier: Sequence[WayPhrase]) -> bool:
     """Whether a place that was taken for another goal is where the wish behind it counts: "near the cup | slower"."""
-    beside = PHRASES.get(phrase_at(before.words, 0, PHRASES)[0]) == "beside"
+    first = next((k for k, word in enumerate(before.words) if word not in TIES), 0)
+    beside = PHRASES.get(phrase_at(before.words, first, PHRASES)[0]) == "beside"
     another = before.role == "goal" and any(one.role == "goal" for one in earlier[:-1])
     return beside and another and phrase.role == "wish" and before.pieces.stop == phrase.pieces.start
 
@@ -254,7 +255,7 @@ def _with_figure(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
     return sorted([*around(text, phrase, told), wish], key=lambda part: part.span)
 
 
-NOTHING = 0.95
+NOTHING = 0.9
 """How likely words have to ask for nothing to be passed over, whatever they hold: "the floor is wet on the right"."""
 
 FIGURES = frozenset(("zigzag", "wave", "waves", "spiral", "circle", "eight"))
