@@ -205,3 +205,12 @@ def test_what_breaks_its_limits_or_stands_still_is_left_out(tmp_path):
     assert "stands still" in notes[0] and "breaks limits of the robot arm (workspace)" in notes[1]
     with pytest.raises(RequestError, match="stands still"):
         open_pool([still])
+
+
+def test_what_a_killed_writer_left_is_removed(tmp_path):
+    run(JOB, tmp_path / "data")
+    left = tmp_path / "data" / "shards" / ".ovita-0123456789abcdef.tmp"
+    left.parent.mkdir(exist_ok=True)
+    left.write_bytes(b"half")
+    run(JOB, tmp_path / "data")
+    assert not left.exists()

@@ -29,7 +29,7 @@ from ovita.augment.wording import Wordings, grammar
 from ovita.bench.records import lock
 from ovita.errors import RequestError
 from ovita.io import atomic_write
-from ovita.io.files import make_folder, read_text
+from ovita.io.files import make_folder, read_text, remove_unfinished
 from ovita.workers import Engine, shared
 
 JOB, MANIFEST = "job.json", "manifest.json"
@@ -230,6 +230,7 @@ def run(
                 progress(Progressed(len(records), job.shards, kept))
         records |= {k: write_shard(job, root, k, without) for k, without in _repeated(job, records.values())}
         manifest = _finished(job, root, [records[k] for k in range(job.shards)])
+        remove_unfinished(root)
     return AugmentedDataset(root, manifest, time.perf_counter() - started, len(todo))
 
 

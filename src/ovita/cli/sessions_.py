@@ -384,6 +384,8 @@ def studio(
     files: tuple[str, ...], host: str, port: int, token: str, robot: str | None, sessions: Path | None, **options: Any
 ) -> None:
     """Adapt trajectories in the browser; begins with the first FILE, or with a shipped scene."""
+    import rich
+
     from ovita.studio import Studio, StudioSettings
     from ovita.studio.sessions import default_folder
 
@@ -398,4 +400,5 @@ def studio(
     try:
         server.wait()
     finally:
+        rich.get_console().quiet = True  # viser's thread may say that it stopped when all is over
         server.stop()

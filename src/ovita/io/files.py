@@ -182,9 +182,13 @@ def _target_mode(path: str | os.PathLike[str], file: str) -> int | None:
     return mode
 
 
+UNFINISHED = ".ovita-"
+"""How the name of a file begins that is not written to its end yet."""
+
+
 def _replace(target: str, content: bytes, mode: int | None) -> None:
     folder = os.path.dirname(target)
-    temporary = os.path.join(folder, f".ovita-{secrets.token_hex(8)}.tmp")
+    temporary = os.path.join(folder, f"{UNFINISHED}{secrets.token_hex(8)}.tmp")
     # os.open with 0o666 obeys the umask, as a plain open() does; tempfile would leave 0o600.
     handle = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
     try:
@@ -204,6 +208,12 @@ def _replace(target: str, content: bytes, mode: int | None) -> None:
         handle = os.open(folder, os.O_RDONLY)
         stack.callback(os.close, handle)
         os.fsync(handle)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what killed writers left in a folder where nobody writes any more."""
+    for path in folder.rglob(f"{UNFINISHED}*.tmp"):
+        path.unlink(missing_ok=True)
 
 
 def reason(error: BaseException) -> str:
