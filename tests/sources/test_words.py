@@ -536,7 +536,7 @@ def test_of_every_fifth_sentence_of_the_list_at_most_one_is_asked_about_and_none
 
 
 def test_the_judge_finds_what_is_wrong():
-    sentence = next(s for s in generation.corpus() if "half speed" in s.text)
+    sentence = next(s for s in generation.corpus() if s.file == "sentences" and "half speed" in s.text)
     made = from_words("from cup to box", sentence.scene, sentence.robot, writer="builtin")
     assert set(generation.Judge(sentence, made).wrong()) == {"from box", "to cup", "pace 0.5"}
 

@@ -126,12 +126,11 @@ def phrases_of(text: Text) -> list[WayPhrase]:
         found = _set_apart(text, found, clause)
     for side in seen_sides(text):
         found = _with_side(text, found, side)
-    found = [part for phrase in found for part in _from_one_to_another(text, phrase)]
     return [part for phrase in _with_manners(text, found) for part in _with_figure(text, phrase)]
 
 
 def _with_whole_names(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases with what was cut off at their ends: "avoid the | chimney", "no | sudden moves"."""
+    """The phrases with what was cut off at their ends: "avoid the | chimney", "stay please | always 10 cm from it"."""
     found = list[WayPhrase]()
     for phrase in phrases:
         before = found[-1] if found and phrase.pieces else None
@@ -166,20 +165,12 @@ FEW = 2
 
 
 def _cut_off(text: Text, before: WayPhrase, phrase: WayPhrase) -> int:
-    """The piece up to which a phrase without a role belongs to the one before it; 0 where it does not."""
-    if not before.role or phrase.role or not before.pieces:
+    """The piece up to which a phrase belongs to the one before it, which ends with an article; 0 where it does not."""
+    if not before.role or phrase.role or not before.pieces or not text.is_article_at(before.pieces[-1]):
         return 0
     first = phrase.pieces.start
-    if text.is_article_at(before.pieces[-1]):
-        named = text.object_at(first)
-        return min(named[1] if named is not None else first + 1, phrase.pieces.stop)
-    told = [k for k in phrase.pieces if text.words[k][0].isalnum()]
-    short = before.role == "wish" and phrase.shares["wish"] > RATHER and text.words[first] not in TIES | CARRIERS
-    return told[-1] + 1 if short and told[:1] == [first] and told[-1] < first + 2 else 0
-
-
-RATHER = 0.2
-"""How likely a word or two behind a wish, with no mark between, have to be a part of it."""
+    named = text.object_at(first)
+    return min(named[1] if named is not None else first + 1, phrase.pieces.stop)
 
 
 def _with_laps(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
@@ -207,21 +198,6 @@ LEADING_TO: Mapping[Role, str] = {"start": "from", "goal": "to"}
 
 POSSIBLE = 0.3
 """How likely a place that was taken for a wish has to be an end of the way to be that, where none is told."""
-
-
-def _from_one_to_another(text: Text, phrase: WayPhrase) -> list[WayPhrase]:
-    """A phrase of an end that holds both ends as two phrases: "arch to booth"."""
-    places = places_among(text, phrase.pieces) if phrase.role in ("start", "goal") and not phrase.reasons else []
-    if len(places) != 2 or [*text.words[places[0][1].stop : places[1][1].start]] not in (["to"], ["->"]):
-        return [phrase]
-    cut = places[0][1].stop
-    ends: tuple[Role, Role] = ("start", "goal")
-    parts = range(phrase.pieces.start, cut), range(cut, phrase.pieces.stop)
-    none = dict.fromkeys(ROLES, 0.0)
-    return [
-        replace(part_of(text, phrase, part), role=end, shares=none | {end: 1.0})
-        for end, part in zip(ends, parts, strict=True)
-    ]
 
 
 def _with_manners(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
