@@ -165,12 +165,20 @@ FEW = 2
 
 
 def _cut_off(text: Text, before: WayPhrase, phrase: WayPhrase) -> int:
-    """The piece up to which a phrase belongs to the one before it, which ends with an article; 0 where it does not."""
-    if not before.role or phrase.role or not before.pieces or not text.is_article_at(before.pieces[-1]):
+    """The piece up to which a phrase without a role belongs to the one before it; 0 where it does not."""
+    if not before.role or phrase.role or not before.pieces:
         return 0
     first = phrase.pieces.start
-    named = text.object_at(first)
-    return min(named[1] if named is not None else first + 1, phrase.pieces.stop)
+    if text.is_article_at(before.pieces[-1]):
+        named = text.object_at(first)
+        return min(named[1] if named is not None else first + 1, phrase.pieces.stop)
+    told = [k for k in phrase.pieces if text.words[k][0].isalnum()]
+    short = before.role == "wish" and phrase.shares["wish"] > RATHER and text.words[first] not in TIES | CARRIERS
+    return told[-1] + 1 if short and told[:1] == [first] and told[-1] < first + 2 else 0
+
+
+RATHER = 0.2
+"""How likely a word or two behind a wish, with no mark between, have to be a part of it."""
 
 
 def _with_laps(text: Text, phrases: list[WayPhrase]) -> list[WayPhrase]:
