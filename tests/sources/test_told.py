@@ -403,9 +403,9 @@ def test_a_share_of_the_speed_is_not_the_highest_speed():
     assert not route.fastest and [frame.amount.value for wish in route.wishes for frame in wish.frames] == [0.25]
 
 
-def test_a_side_of_what_was_named_is_kept_or_told():
+def test_a_side_of_what_was_named_is_passed():
     route = read_route("From the shed to the bench, do not go above the tower, pass it on the back side only", YARD)
-    assert any(place.relation == "back" for place in route.via) or "back side" in " ".join(route.doubts)
+    assert [place.label for place in route.via] == ["behind the tower"] and not route.doubts
 
 
 @pytest.mark.parametrize(

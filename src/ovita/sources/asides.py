@@ -37,7 +37,7 @@ class Aside:
     silent: bool = False
 
 
-LEFT = Aside()
+UNDONE = Aside()
 """Nothing is done about it."""
 
 
@@ -50,7 +50,7 @@ def excuse(way: WayTold, phrase: WayPhrase, *, denied: bool) -> Aside | None:
         denied: Whether its place is said to be none of the way.
     """
     if phrase.reasons:
-        return LEFT if _asks_behind_verb(way, phrase) else Aside("a reason")
+        return UNDONE if _asks_behind_verb(way, phrase) else Aside("a reason")
     besides = phrase.role in (None, "wish", "wait")
     barred = barred_by(way.text, phrase) if denied or besides else []
     if barred:
@@ -77,7 +77,7 @@ def aside(way: WayTold, phrase: WayPhrase) -> Aside | None:
     if {"must", "not"} <= {*words} and {concept_at(words, k)[0] for k in range(len(words))} <= {"never", PLAIN, ""}:
         return Aside("a reason")  # "it must not splash"
     wanted = told and _wanted(way, phrase, strange=any(not is_known(words[k]) for k in told))
-    return LEFT if phrase.measured or turned or phrase.tells_a_side or wanted else idle
+    return UNDONE if phrase.measured or turned or phrase.tells_a_side or wanted else idle
 
 
 def _wanted(way: WayTold, phrase: WayPhrase, *, strange: bool) -> bool:

@@ -16,7 +16,7 @@ from ovita.sources.wishes import TIES
 
 GROUND = frozenset(words for words in way_words("raised") if {"ground", "floor", "air", "agl"} & {*words.split()})
 SET_OFF, COME_IN = map(way_words, ("set off", "come in"))
-CARRIERS, TOUCHING, DISMISSAL, HEED = map(way_words, ("carrier", "touching", "dismissal", "heed"))
+CARRIERS, TOUCHING, DISMISSAL = map(way_words, ("carrier", "touching", "dismissal"))
 
 WAY: tuple[Role, ...] = ("start", "via", "goal")
 """The roles of places."""

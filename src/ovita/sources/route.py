@@ -172,7 +172,10 @@ def read_route(sentence: str, scene: Scene) -> Route:
 
 def _without_slips(text: Text) -> Text:
     """A sentence without the sides and amounts that its speaker takes back; places are weighed, see `read_stops`."""
-    kept = Text(repaired(text.text, text.scene), text.scene)
+    without = repaired(text.text, text.scene)
+    if without == text.text:
+        return text
+    kept = Text(without, text.scene)
     both = [len(places_among(one, range(len(one)))) for one in (text, kept)]
     return kept if both[0] == both[1] else text
 

@@ -271,7 +271,7 @@ def _moderate(said: str, verdict: Understanding) -> bool:
 def _kept_off(said: str, verdict: Understanding) -> bool:
     """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
     words = said.lower().replace(",", " ").split()
-    kinds = {term_at(said, 0)[0] for k in range(len(words)) for said in (words[k : k + 1], words[k:])}
+    kinds = {term_at(part, 0)[0] for k in range(len(words)) for part in (words[k : k + 1], words[k:])}
     near = "never" in kinds and bool({"closer", "near"} & kinds)
     if any(amount_at(words, k) is not None for k in range(len(words))):  # "not close to the pillar, half a metre"
         kept = (isinstance(f, Clearance) and f.distance.role == "at_least" for f in verdict.reading.frames)
