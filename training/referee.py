@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,8 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
         in_units(reading, said, path.positions)
         for reading in (read(line.sentence, scene, path.positions), learned.reading(heard))
     )
+    if one.unread or one.aside:
+        one = replace(one, frames=())
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     found = []
     for by, reading in (("rules", one), ("learned", other)):

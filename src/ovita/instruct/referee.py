@@ -39,31 +39,28 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, "tuple[float, float] | None"]
 
 POINTS = {
-    "always": 0.79,
-    "both agree": 2.00,
-    "confidence": 0.93,
+    "always": 1.34,
+    "both agree": 1.96,
+    "confidence": 0.92,
     "confidence in both": 0.74,
-    "a word unread": -0.58,
-    "words unread": -0.83,
-    "unread by the network": 0.60,
-    "left by the rules": 0.10,
-    "the rules read otherwise": -1.09,
-    "contradicted": -0.52,
-    "the other contradicted": 0.32,
-    "beyond the network": -1.48,
-    "likelihood": 0.26,
-    "weakest": 0.15,
-    "in common": 1.50,
-    "but for the part": 0.81,
-    "fewer frames": 0.03,
-    "more frames": 0.60,
-    "the other asks": -0.61,
-    "the other reads nothing": -0.74,
+    "unread by the network": 0.42,
+    "the rules read otherwise": -1.70,
+    "contradicted": -1.00,
+    "the other contradicted": 0.75,
+    "beyond the network": -1.54,
+    "likelihood": 0.34,
+    "weakest": 0.36,
+    "in common": 1.53,
+    "but for the part": 0.43,
+    "fewer frames": -0.09,
+    "more frames": 0.71,
+    "the other asks": -0.55,
+    "the other reads nothing": -1.08,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.84, 0.15
+DO, SHOW = 0.82, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ, AGAINST_WHOLE = 0.55, 0.93
@@ -235,6 +232,9 @@ def judged(
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
+    unread = rules.unread if rules is not None else ()
+    if rules is not None and _reads(learned) and (unread or rules.aside) and not rules.edits:
+        rules = replace(rules, frames=())  # all or nothing: what the rules read in part is the network's
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
     candidates = [(by, reading) for by, reading in both if reading is not None and _reads(reading)]
     if rules is not None and rules.improper and not rules.unread and (not _reads(learned) or _bounds(rules)):
@@ -250,8 +250,8 @@ def judged(
     over = whole and learned is not None and _gives_way(said, learned, rules)
     confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
     by: By = "both" if agreed else best
-    curt = rules is not None and _reads(rules) and by == "learned" and len(said) <= CURT
-    left = [*chosen.unread, *(rules.unread if rules is not None and curt else ())]
+    curt = by == "learned" and len(said) <= CURT
+    left = [*chosen.unread, *(unread if curt else ())]
     reading = replace(chosen, frames=spread(chosen.frames, said))
     against = whole and by == "learned"
     enough = AGAINST_WHOLE if against else WHOLE_READ if whole else DO
@@ -343,17 +343,13 @@ def grounds(
     sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or not mine) else 0.5
     weight = None if weighed is None else weighed.get(by)
     total, least = weight or (0.0, 0.0)
-    left = 0 if rules is None else len(rules.unread)
     more = len(_frames(one)) - len(_frames(other or F.Reading()))
     return {
         "always": 1.0,
         "both agree": float(agree),
         "confidence": 0.0 if agree else math.log(sure / (1.0 - sure)),
         "confidence in both": math.log(sure / (1.0 - sure)) if agree else 0.0,
-        "a word unread": float(mine and left == 1),
-        "words unread": float(mine and left > 1),
         "unread by the network": float(not mine and bool(one.unread)),
-        "left by the rules": 0.0 if mine else min(left, 6) / 3.0,
         "the rules read otherwise": float(not mine and met),
         "contradicted": float(bool(contradictions(said, _frames(one)))),
         "the other contradicted": float(not agree and bool(contradictions(said, _frames(other or F.Reading())))),
