@@ -233,7 +233,7 @@ def judged(
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
     unread = rules.unread if rules is not None else ()
-    if rules is not None and _reads(learned) and (unread or rules.aside) and not rules.edits:
+    if rules is not None and unread and _reads(learned) and not rules.edits:
         rules = replace(rules, frames=())  # all or nothing: what the rules read in part is the network's
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
     candidates = [(by, reading) for by, reading in both if reading is not None and _reads(reading)]

@@ -183,21 +183,8 @@ LONGEST = 5
 """Pieces between pauses that one clause may hold."""
 
 
-class Cost:
-    """What readings cost beside the words that they leave over, each of which costs up to `CONTENT`."""
-
-    JOINT = 0.4
-    """Taking a further piece into a clause."""
-    VERB = 1.2
-    """Taking in a piece that begins with a verb, or pieces that could stand alone."""
-    REASON = -0.6
-    """Taking a piece behind "because" as a reason."""
-    ASIDE = 0.9
-    """Taking a piece as asking for nothing, where nothing in it asks."""
-    STORY = 4.0
-    """Taking a piece as a story or as a name, where a row of the table could read it."""
-    CLEARER = 1.0
-    """How much cheaper than an aside a frame has to be, to be read at all."""
+JOINT, VERB = 0.4, 1.2
+"""What it costs to take a further piece into a clause, and one that begins with a verb or could stand alone."""
 
 
 @dataclass(frozen=True)
@@ -226,8 +213,6 @@ class ReadClause:
         items: Its constituents.
         cost: Of this reading.
         opening: The pause before it.
-        aside: Whether it asks for nothing.
-        telling: Whether it says how something is ("it's too fast"): read only where no other clause asks for anything.
         words: Everything that was said in it.
     """
 
@@ -235,8 +220,6 @@ class ReadClause:
     items: tuple[Chunk, ...]
     cost: float
     opening: str = ""
-    aside: bool = False
-    telling: bool = False
     words: frozenset[str] = frozenset()
 
 
@@ -268,8 +251,6 @@ def reader(scene: Scene, positions: Array | None) -> Callable[[str, Sequence[F.S
         clauses = _cut(pieces)
         if not any(clause.match for clause in clauses):
             clauses = _cut([replace(piece, opening="") for piece in pieces])
-        if any(clause.match and not clause.telling for clause in clauses):
-            clauses = [replace(c, match=None, aside=True) if c.telling else c for c in clauses]
         return found, notes, clauses
 
     def read_after(text: str, earlier: Sequence[F.SemanticFrame]) -> F.Reading:
@@ -395,7 +376,7 @@ def _joint(span: Sequence[Stretch]) -> float:
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
     apart = places > 1 or all(_complete(_clause(p.items, [p])) for p in span)
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
-    return Cost.JOINT * (len(span) - 1) + Cost.VERB * (verbs + apart)
+    return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
 
 def _complete(clause: ReadClause) -> bool:
@@ -405,27 +386,15 @@ def _complete(clause: ReadClause) -> bool:
 
 
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
-    """The best reading of a clause, or that it asks for nothing."""
+    """The best reading of a clause, or that nothing reads it."""
     kinds = frozenset(c.kind for c in items)
     found = [m for row in ROWS if (m := match(row, items, kinds)) is not None]
     best = min(found, key=lambda m: m.cost, default=None)
-    asking = sum(_weight(c) for c in items)
-    if best is not None and sum(_placed_by_itself(piece) for piece in span) > 1:
-        best = replace(best, cost=best.cost + asking)  # "left at the start and right at the end" is said of two places
-    aside = _aside(span[0], best) if len(span) == 1 else asking
-    least = min(aside, asking)
-    if best is None or best.cost >= least + Cost.CLEARER:
-        ignored = (aside < asking or not asking) and not any(map(_orders, span))
-        return ReadClause(None, items, least, span[0].opening, ignored)
-    told = len(span) == 1 and _tells(span[0])
-    return ReadClause(best, items, best.cost, span[0].opening, telling=told, words=span[0].words)
-
-
-def _orders(piece: Stretch) -> bool:
-    """Whether a piece may ask for something after all, although nothing reads it: "with a calmer finish"."""
-    told = piece.opening == "because" or not piece.words.isdisjoint(TELLING)
-    alone = piece.opening == "and" or len([word for word in piece.words if word[0].isalnum()]) == 1
-    return not told and (alone or any(c.kind in DOING for c in piece.items))
+    nothing = sum(_weight(c) for c in items)
+    cost = nothing if best is None else best.cost
+    if best is not None and sum(map(_placed_by_itself, span)) > 1:
+        cost += nothing  # "left at the start and right at the end" is said of two places
+    return ReadClause(best, items, cost, span[0].opening, span[0].words)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -440,57 +409,11 @@ VERBS = frozenset(
 )
 """Words with which a piece begins a sentence of its own."""
 
-ASKING = QUANTITIES | frozenset("obj pair CHOICE end point within_of part Hq axis_by".split())
-"""Classes that a piece which asks for nothing does not hold."""
-
 PLACING = frozenset("part point within_of pair here Hq".split())
 """Classes that say where."""
 
 WHERE = (*NEARBY, *((end, by) for end in ("start", "goal") for by in NEARBY))
 """Prepositions with which an object or an end says where."""
-
-TELLING = frozenset(
-    """i i've i'm ive im we we've we're were he he's she she's they they're theyre it's its there's theres is are was were has had 's my his
-    our their who which gets likes hates keeps says said told never been you've you're youre nobody everybody everyone someone somebody""".split()
-)
-"""Words of pieces that tell something rather than ask for it."""
-
-WANTING = frozenset(
-    """want wants need needs like would should must shall ought prefer wish could can may might let make please has have will want to go move keep stay
-    i'd we'd we'll you'll you'd it'll""".split()
-)
-
-
-STATED = frozenset(
-    "it's its it’s that's thats you're youre they're theyre he's she's we're i'm im there's theres".split()
-)
-"""Words that begin how something is."""
-
-
-def _tells(piece: Stretch) -> bool:
-    """Whether a piece says how something is, and not that it is too much: "you're crowding her, give her room"."""
-    plain = all(c.kind not in QUANTITIES | PLACING and c.value != "flipped" for c in piece.items)
-    return plain and piece.first in STATED and piece.words.isdisjoint(WANTING)
-
-
-def _aside(piece: Stretch, best: Match | None) -> float:
-    """What it costs to take a piece as asking for nothing: a reason, a story, a name."""
-    wanting = not piece.words.isdisjoint(WANTING)
-    if piece.opening == "because":
-        return Cost.ASIDE if wanting else Cost.REASON
-    telling, calm = _is_told(piece), all(c.kind not in ASKING for c in piece.items)
-    if best is None and (calm or telling):
-        return Cost.ASIDE
-    if (telling and not wanting) or (calm and piece.items[0].kind == "never"):
-        return Cost.STORY
-    return sum(_weight(c) for c in piece.items)
-
-
-def _is_told(piece: Stretch) -> bool:
-    """Whether a piece tells something, with no amount and no place in it."""
-    told = not piece.words.isdisjoint(TELLING) or any(word.endswith("'s") for word in piece.words)
-    return told and all(c.kind not in QUANTITIES | PLACING for c in piece.items)
-
 
 def _weight(item: Chunk) -> float:
     return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
@@ -503,7 +426,6 @@ class _ClauseReader:
         self.earlier = earlier
         self.made: list[F.SemanticFrame] = []
         self.unread: list[str] = []
-        self.aside: list[str] = []
         self.question = ""
         self.asked: tuple[str, ...] = ()
         self.before: ReadClause | None = None
@@ -512,9 +434,6 @@ class _ClauseReader:
         """Read a clause."""
         left = clause.match.unread if clause.match else clause.items
         words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
-        if clause.aside:
-            self.aside += words
-            return
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
             self.question, self.asked = _which(choice), choice.names
@@ -547,7 +466,7 @@ def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Seq
     radius = next((c.number.value for clause in clauses for c in clause.items if c.kind == "threshold" and c.q), None)
     frames = tuple(within(frame, radius) for frame in settled(it.made))
     return F.Reading(
-        frames, unread=tuple(it.unread), aside=tuple(it.aside), question=it.question, asked=it.asked, notes=notes,
+        frames, unread=tuple(it.unread), question=it.question, asked=it.asked, notes=notes,
         improper=improper(frames),
     )  # fmt: skip
 
