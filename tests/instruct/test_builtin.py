@@ -230,11 +230,6 @@ def test_what_is_not_read_in_full_is_not_done(sentence):
     assert answer.kind != "policy" or answer.confirm
 
 
-def test_words_that_are_taken_to_ask_for_nothing_are_said():
-    answer = reply("go left by 0.1, the nurse is in a hurry")
-    assert answer.kind == "policy" and any("asks for nothing" in text for text in answer.assumptions)
-
-
 def reply(sentence, scene=SCENE, rows=ROWS):
     return BuiltinWriter().write(ground(Request(sentence, Trajectory.from_array(rows), scene)))
 

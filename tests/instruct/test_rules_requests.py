@@ -35,7 +35,6 @@ REQUESTS = [
         "visit the cup, wait there 2 s, then on to the fan and finish there",
         "via cup; wait at=cup for=2s; end goal to=fan",
     ),
-    ("not slower than 0.1 m/s cause that's for snails", "pace at_least=0.1m/s"),
     (
         "go left by 0.2 for the first half and right by 0.2 for the second half",
         "move left=0.2m @first=50%; move right=0.2m @last=50%",

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeGuard
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
@@ -232,7 +232,8 @@ def judged(
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
     known: dict[str, Any] = {"rules": rules, "learned": learned}
-    unread = rules.unread if rules is not None else ()
+    unread = _unplaced(said, rules)
+    partly = rules.frames if rules is not None else ()
     if rules is not None and unread and _reads(learned) and not rules.edits:
         rules = replace(rules, frames=())  # all or nothing: what the rules read in part is the network's
     both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
@@ -256,12 +257,20 @@ def judged(
     against = whole and by == "learned"
     enough = AGAINST_WHOLE if against else WHOLE_READ if whole else DO
     turned = against and (len(said) <= CURT or opposed(_frames(reading), _frames(rules or F.Reading())))
-    sure = confidence >= enough and not turned and not _shown_first(said, reading, left)
+    sure = confidence >= enough and not turned and not _shown_first(said, reading, left, [*left, *unread])
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
-    if _denied(said, _frames(reading)) or _one_of_two(said, _frames(reading)):
+    if _denied(said, (*partly, *_frames(reading))) or _one_of_two(said, _frames(reading)):
         outcome = "decline"  # the opposite of what is said is not even shown
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
+
+
+def _unplaced(said: Sequence[Chunk], rules: F.Reading | None) -> tuple[str, ...]:
+    """The words that the rules did not read; where they read nothing at all, those that only a guess can place."""
+    if rules is None or _reads(rules):
+        return () if rules is None else rules.unread
+    guessed = {chunk.text for chunk in said if chunk.kind in ("unknown", "after", "before")}
+    return tuple(word for word in rules.unread if word in guessed)
 
 
 def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
@@ -281,17 +290,21 @@ def _one_of_two(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> b
     return any(chunk.kind == "sideways" for chunk in said) and any(len(way & {"left", "right"}) == 1 for way in shifts)
 
 
-def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
+def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str], unread: Sequence[str]) -> bool:
     """Whether a reading is never done at once: for what the words hold, a "not" beside what was read, or any of few."""
-    frames = _frames(reading)
-    denied = [c for c in clauses(said) if any(chunk.kind == "never" and chunk.text in left for chunk in c)]
-    meant = {chunk.kind for c in denied for chunk in c} - UNKNOWN - {"never"}
-    again = meant & {
-        chunk.kind for c in clauses(said) if c not in denied for chunk in c
-    }  # "stop there, no, don't stop"
-    beside = denied and (again or not all(elsewhere(frame, denied, wholly=True) for frame in frames))
+    frames, row = _frames(reading), clauses(said)
+    denied = [c for c in row if any(chunk.kind == "never" and chunk.text in left for chunk in c)]
+    beside = denied and not all(elsewhere(frame, denied, wholly=True) for frame in frames)
     curt = left and len(said) <= CURT
-    return bool(beside or curt or contradictions(said, frames, CHECKS if len(said) <= DOUBTED else NEVER))
+    checks = CHECKS if len(said) <= DOUBTED else NEVER
+    return bool(beside or curt or _taken_back(row, unread) or contradictions(said, frames, checks))
+
+
+def _taken_back(row: Sequence[Sequence[Chunk]], unread: Sequence[str]) -> bool:
+    """Whether a clause denies what another one asks for: "stop there, no, don't stop"."""
+    denied = [c for c in row if any(chunk.kind == "never" and chunk.text in unread for chunk in c)]
+    kinds = [{chunk.kind for clause in row if (clause in denied) is no for chunk in clause} for no in (True, False)]
+    return bool((kinds[0] & kinds[1]) - UNKNOWN - {"never"})
 
 
 def _bounds(reading: F.Reading) -> bool:
@@ -385,7 +398,7 @@ def likelihood(found: Mapping[str, float]) -> float:
     return 1.0 / (1.0 + math.exp(-sum(POINTS[name] * value for name, value in found.items())))
 
 
-def _reads(reading: F.Reading | None) -> bool:
+def _reads(reading: F.Reading | None) -> TypeGuard[F.Reading]:
     """Whether a reading says what to do."""
     return reading is not None and bool(reading.frames or reading.edits) and not (reading.question or reading.improper)
 

@@ -286,18 +286,10 @@ def _with_pauses(found: Sequence[Chunk]) -> list[Chunk]:
         ahead = found[i + 1 : i + 4]
         if chunk.kind == "backwards":
             chunk = replace(chunk, kind="reverse" if run else "back")
-        elif _describes_a_portion(chunk, ahead):
-            placed = ahead[1].kind in NEARBY | {"between", "before", "after"}
-            chunk = replace(chunk, kind="filler" if placed else "unknown")
         if row and row[-1].kind in SETTLED and _begins(chunk, ahead):
             row.append(Chunk("and", "", (chunk.span[0], chunk.span[0])))
         row.append(chunk)
     return row
-
-
-def _describes_a_portion(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
-    """Whether a word says which portion is meant, not what to do: "the slow part near the cup"."""
-    return _first(chunk) in DESCRIBING and len(ahead) > 1 and _first(ahead[0]) in PORTIONS
 
 
 def _begins(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
@@ -310,10 +302,6 @@ def _begins(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
 def _first(chunk: Chunk) -> str:
     return chunk.text.lower().partition(" ")[0]
 
-
-DESCRIBING = frozenset("slow fast quick hasty high low rough jerky bumpy".split())
-PORTIONS = frozenset("part parts bit bits section stretch portion piece segment leg".split())
-"""The slow part: which one, not what to do."""
 
 WORDS_OF_RUNNING = frozenset("run do play same whole lot".split())
 """With these words "backwards" is an order, not a direction."""
@@ -388,13 +376,26 @@ def _complete(clause: ReadClause) -> bool:
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
     """The best reading of a clause, or that nothing reads it."""
     kinds = frozenset(c.kind for c in items)
-    found = [m for row in ROWS if (m := match(row, items, kinds)) is not None]
+    found = [] if _tells(span[0]) else [m for row in ROWS if (m := match(row, items, kinds)) is not None]
     best = min(found, key=lambda m: m.cost, default=None)
     nothing = sum(_weight(c) for c in items)
     cost = nothing if best is None else best.cost
     if best is not None and sum(map(_placed_by_itself, span)) > 1:
         cost += nothing  # "left at the start and right at the end" is said of two places
     return ReadClause(best, items, cost, span[0].opening, span[0].words)
+
+
+STATED = frozenset(
+    "it's its it’s that's thats you're youre they're theyre he's she's we're i'm im there's theres".split()
+)
+"""Words that begin how something is."""
+
+
+def _tells(piece: Stretch) -> bool:
+    """Whether a piece says how something is, and not that it is too much: "you're crowding her, give her room"."""
+    return piece.first in STATED and all(
+        c.kind not in QUANTITIES | PLACING and c.value != "flipped" for c in piece.items
+    )
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -414,6 +415,7 @@ PLACING = frozenset("part point within_of pair here Hq".split())
 
 WHERE = (*NEARBY, *((end, by) for end in ("start", "goal") for by in NEARBY))
 """Prepositions with which an object or an end says where."""
+
 
 def _weight(item: Chunk) -> float:
     return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
