@@ -108,29 +108,14 @@ def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
     return WHOLE
 
 
-def within(frame: F.SemanticFrame, radius: float | None) -> F.SemanticFrame:
-    """A frame near an object within the distance that the utterance says counts as near."""
-    near = radius is not None and frame.part.kind == "near" and frame.part.amount is None
-    return replace(frame, part=replace(frame.part, amount=radius)) if near else frame
-
-
 def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
     if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
         return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
     if len(made) == 1 and isinstance(made[0], F.Clearance) and made[0].distance == CLEAR:
         return [F.Approach(sense="farther", objects=made[0].objects, words=made[0].words)]
-    once = [f for f, after in zip(made, [*made[1:], None], strict=False) if not _repeated(f, after)]
-    once = list(dict.fromkeys(once))
+    once = list(dict.fromkeys(made))
     return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
-
-
-def _repeated(frame: F.SemanticFrame, after: F.SemanticFrame | None) -> bool:
-    """Whether the next frame says the same way again and how far: "lower, six centimetres lower by the cup"."""
-    if not (isinstance(frame, F.Shift) and isinstance(after, F.Shift)) or frame.part or frame.degree:
-        return False
-    ways = [[way for way, _ in one.offset] for one in (frame, after)]
-    return ways[0] == ways[1] and not frame.quantities and bool(after.quantities or after.part)
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
