@@ -49,29 +49,13 @@ SPARE = 0.02
 """Room beyond the least that a robot keeps from an object, for the bends on the way there [m]."""
 
 
-@dataclass(frozen=True)
-class PolicyStep:
-    """One step of a policy.
-
-    Args:
-        code: Its statements.
-        plan: One sentence for people, or "".
-        promises: Its postconditions, each by what it is about: a later one about the same takes its place.
-        holds: Whether the path already does it.
-    """
-
-    code: tuple[str, ...] = ()
-    plan: str = ""
-    promises: Mapping[str, str] = field(default_factory=dict)
-    holds: bool = False
-
-
 @dataclass
 class PolicyBuilder:
-    """A policy being composed; its steps are printed once, by `source`.
+    """A policy being composed; it is printed once, by `source`.
 
-    `shifts` names the parameters that shift the whole path, by direction, so that later steps can allow for them;
-    along the directions in `exact` the amount is stated or the height is kept; `kept` is what stays as it is.
+    `plan` is what it does, a sentence for each step, and `held` those of them that the path fulfils already; `promises`
+    are its postconditions, by what they are about. `shifts` names the parameters that shift the whole path, by
+    direction; along the directions in `exact` the amount is stated or the height is kept; `kept` is what stays.
     """
 
     trajectory: Trajectory
@@ -79,7 +63,10 @@ class PolicyBuilder:
     effort: int = 1
     robot: Robot | None = None
     frames: Sequence[SemanticFrame] = ()
-    steps: list[PolicyStep] = field(default_factory=list)
+    code: list[str] = field(default_factory=list)
+    plan: list[str] = field(default_factory=list)
+    held: list[str] = field(default_factory=list)
+    promises: dict[str, str] = field(default_factory=dict)
     parameters: dict[str, Parameter] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     masks: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -92,7 +79,6 @@ class PolicyBuilder:
     distances: list[tuple[SceneObject, float, str]] = field(default_factory=list)
     goal_moved: bool = False
     _taken: set[str] = field(default_factory=lambda: {*CATALOGUE, *RESERVED, *keyword.kwlist})
-    _waiting: list[str] = field(default_factory=list)
     _rows: tuple[int, Array] | None = None
 
     def room(self, item: SceneObject) -> float:
@@ -134,37 +120,16 @@ class PolicyBuilder:
         """How near counts as passing through a place [m]."""
         return nice(0.02 * self.scale.extent)
 
-    @property
-    def plan(self) -> list[str]:
-        """What the policy does, a sentence for each step."""
-        return [step.plan for step in self.steps if step.plan]
-
-    @property
-    def held(self) -> list[str]:
-        """The sentences of the plan that the path already fulfils."""
-        return [step.plan for step in self.steps if step.holds]
-
-    @property
-    def promises(self) -> dict[str, str]:
-        """The postconditions, by what they are about."""
-        found: dict[str, str] = {}
-        for step in self.steps:
-            for about, code in step.promises.items():
-                found.pop(about, None)
-                found |= {about: code} if code else {}
-        return found
-
     def add(
         self, code: str, plan: str = "", *promises: str, holds: bool = False, ends: Mapping[str, str] = NOTHING
     ) -> None:
         """Add a step with postconditions; those in `ends` take the place of earlier ones about the same."""
-        lines = (*self._waiting, *([code] if code else []))
-        self._waiting.clear()
-        self.steps.append(PolicyStep(lines, plan, {p: p for p in promises if p} | dict(ends), holds))
-
-    def before(self, code: str) -> None:
-        """Put a statement in front of the next step."""
-        self._waiting.append(code)
+        self.code += [code] if code else []
+        self.plan += [plan] if plan else []
+        self.held += [plan] if holds else []
+        for about, promise in (dict(zip(promises, promises, strict=True)) | dict(ends)).items():
+            self.promises.pop(about, None)
+            self.promises |= {about: promise} if promise else {}
 
     def add_within(
         self, part: PathPart, call: str, plan: str, *promises: str, ends: Mapping[str, str] = NOTHING
@@ -172,7 +137,7 @@ class PolicyBuilder:
         """Add a step by a call that changes the whole path, undone outside a part."""
         where, words = self.part(part)
         if where:
-            self.before("given = traj")
+            self.code.append("given = traj")
             call, ends = f"keep_unchanged({call}, given, ~{where})", NOTHING
         self.add(f"traj = {call}", f"{plan}{words}.", *promises, self.rest_stays(where), ends=ends)
 
@@ -222,15 +187,14 @@ class PolicyBuilder:
 
     def rows(self) -> Array:
         """The trajectory (N, 4+) as the steps so far leave it."""
-        done = sum(len(step.code) for step in self.steps)
-        if not done:
+        if not self.code:
             return self.trajectory.to_array()
-        if self._rows is None or self._rows[0] != done:
+        if self._rows is None or self._rows[0] != len(self.code):
             try:
                 rows, _ = self.run()
             except (TooMuch, OvitaError):
                 rows = self.trajectory.to_array()
-            self._rows = done, np.asarray(rows)
+            self._rows = len(self.code), np.asarray(rows)
         return self._rows[1]
 
     def run(self) -> tuple[Any, Recorder]:
@@ -301,7 +265,7 @@ class PolicyBuilder:
         if key not in self.masks or not same:
             code = mask_code(self, part, "original" if same else "traj")
             name = self._free("part")
-            self.before(f"{name} = {code}")
+            self.code.append(f"{name} = {code}")
             self.masks[key] = name, f" {_words(resolved(self, part))}"
         return self.masks[key]
 
@@ -319,7 +283,7 @@ class PolicyBuilder:
 
     def statements(self) -> list[str]:
         """The statements of the policy's function."""
-        body = [line for step in self.steps for line in step.code] + list(self.promises.values())
+        body = [*self.code, *self.promises.values()]
         start = ["original = traj"] if any("original" in line for line in body) else []
         named = [f"{name} = scene[{item.name!r}]" for name, item in self.objects.items()]
         return [*named, *start, *body, "return traj"]

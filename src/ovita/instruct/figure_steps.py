@@ -320,7 +320,7 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
     where, words = builder.part(part)
     builder.goal_moved = True
     ends = {"start": f"expect_start(original[{left[0]}, :3])", "goal": f"expect_goal(original[{left[-1]}, :3])"}
-    plan, ends = f"Leave waypoints out{words}.", ends if builder.alone else {}
+    plan, ends = f"Leave out the waypoints{words}.", ends if builder.alone else {}
     builder.add(f"traj = traj[~{where}]", plan, ends=ends | {"waypoints": ""})
 
 

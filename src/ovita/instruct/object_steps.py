@@ -80,7 +80,7 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         call = f"traj = farther(traj, {ref}, times={name}{further})"
         builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
-    by = builder.length(q, _push(builder, frame, item), f'"away from {about}"')
+    by = builder.length(q, _push(builder, frame, item), f'"farther from {about}"')
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
@@ -174,16 +174,21 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     axis = builder.axis(side)
     half, q = extent(item, axis), None if frame.degree == "slight" else frame.by
     usual = usual_gap(builder) if frame.degree == "slight" else nice(item.radius - half + builder.scale.step("slight"))
-    above = float((builder.passing(item.position) - item.position) @ axis) - half
+    above = _passing(builder, item, axis)
     now = float(f"{above - 0.005 * abs(above):.3g}") if frame.degree != "slight" else 0.0
-    gap = builder.length(q, max(usual, builder.room(item), now), f'"{word} {item.name}"')
+    meaning = f"distance {word} the {end} of {item.name}"
+    gap = builder.length(q, max(usual, builder.room(item), now), f"the {meaning}")
     gap = max(gap, now) if q is not None and q.role == "at_least" else gap
     ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
-    meaning = f"distance {word} the {end} of {item.name}"
     name = builder.knob(knob, gap, role, meaning, "by", about=item.name, direction=side)
     plan = f"Bend the path {frame.relation} {item.name}, {gap:g} m {word} its {end}."
     promise = f"expect_side({word!r}, {name}, of={ref}, within={builder.tolerance / 2})"
     _through(builder, ref, plan, f", {side}={_beyond(name, half)}", promise)
+
+
+def _passing(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
+    """How far beyond an object's surface along an axis the path passes it [m]."""
+    return float((builder.passing(item.position) - item.position) @ axis) - extent(item, axis)
 
 
 def _beyond(name: str, half: float) -> str:
@@ -195,8 +200,7 @@ def hop(builder: PolicyBuilder, frame: F.Hop) -> None:
     """Over objects and down again: clearly above their tops, and above the path as it is."""
     for item in map(builder.scene.__getitem__, frame.objects):
         up, usual = builder.axis("up"), builder.scale.step("moderate") * 0.8
-        above = float((builder.passing(item.position) - item.position) @ up) - extent(item, up)
-        name, gap = _height_above(builder, item, frame.by, nice(max(usual, above + 0.5 * usual)))
+        name, gap = _height_above(builder, item, frame.by, nice(max(usual, _passing(builder, item, up) + 0.5 * usual)))
         ref = builder.ref(item)
         promise = f"expect_side('above', {name}, of={ref}, within={builder.tolerance / 2})"
         builder.add(f"traj = hop(traj, {ref}, {name})", f"Hop over {item.name}, {gap:g} m above it.", promise)
@@ -204,7 +208,8 @@ def hop(builder: PolicyBuilder, frame: F.Hop) -> None:
 
 def _height_above(builder: PolicyBuilder, item: SceneObject, q: F.Quantity | None, usual: float) -> tuple[str, float]:
     """The parameter of a height above an object's top, and its value [m]."""
-    gap, meaning = builder.length(q, usual, f"the height above {item.name}"), f"height above the top of {item.name}"
+    meaning = f"height above the top of {item.name}"
+    gap = builder.length(q, usual, f"the {meaning}")
     return builder.knob("height", gap, "to", meaning, "by", about=item.name, direction="up"), gap
 
 

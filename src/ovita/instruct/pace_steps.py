@@ -98,6 +98,10 @@ def _set(s: _Speed, value: float) -> None:
 
 
 def _constant(s: _Speed) -> None:
+    """One speed all along: the one that is stated, by this frame or by another one, or the mean."""
+    others = [f for f in s.builder.frames if isinstance(f, F.Pace) and f.change == "set" and f.part == s.frame.part]
+    if s.q is None and any(other.factor is None for other in others):
+        return
     if s.q is not None:
         _set(s, s.value(s.mean))
         return

@@ -219,21 +219,13 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     place, words = aimed_target(builder, frame.place, frame.aim)
     for said, q in frame.offset:
         direction = builder.word(said)
-        value, meaning = _beside(builder, words, item, direction, q), f"distance {OF[direction]} {words}"
+        half, room = (extent(item, builder.axis(direction)), builder.room(item)) if item else (0.0, 0.0)
+        meaning = f"distance {OF[direction]} {words}"
+        value = short(half + builder.length(q, max(usual_gap(builder), room), f"the {meaning}"))
         about = item.name if item else ""
         name = builder.knob(f"{end}_{direction}", value, "to", meaning, said, about=about, direction=direction)
         place, words = f"{place}, {direction}={name}", f"{value:g} m {OF[direction]} {words}"
     _move_end(builder, end, place, f"Move the {end} to {words}", place)
-
-
-def _beside(
-    builder: PolicyBuilder, words: str, item: SceneObject | None, direction: str, q: F.Quantity | None
-) -> float:
-    """How far beside a place an end lies, from its centre [m]; what is stated counts from an object's surface."""
-    half, room = (extent(item, builder.axis(direction)), builder.room(item)) if item is not None else (0.0, 0.0)
-    value = short(half + (max(usual_gap(builder), room) if q is None else builder.metres(q)))
-    builder.assume(f"{OF[direction]} {words} is {value:g} m from its centre")
-    return value
 
 
 def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:

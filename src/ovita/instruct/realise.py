@@ -73,31 +73,23 @@ def realise(
     Raises:
         UnknownObject: If a frame names an object that the scene does not have.
     """
-    once = _once(frames)
-    builder = PolicyBuilder(trajectory, scene, effort, robot, once)
-    keeps = [frame for frame in once if isinstance(frame, F.Keep)]
-    for question in conflicts(once, scene.frame):
+    builder = PolicyBuilder(trajectory, scene, effort, robot, frames)
+    keeps = [frame for frame in frames if isinstance(frame, F.Keep)]
+    for question in conflicts(frames, scene.frame):
         builder.ask(question)
-    if keeps and len(keeps) == len(once):
+    if keeps and len(keeps) == len(frames):
         builder.ask("All of that is to stay as it is: what should change?")
-    for number, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1])):
+    for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1])):
         builder.frame = number
         STEPS[type(frame)](builder, _sparing(frame, keeps))
         if builder.question:
             return builder
     _settle(builder)
     if keeps:
-        _restore(builder, once, keeps)
-    if once and len(builder.held) == len(once):
+        _restore(builder, keeps)
+    if frames and len(builder.held) == len(frames):
         builder.add("", "", "expect_same_path()")
     return builder
-
-
-def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Drop a constant speed beside the one that it is to be; other repetitions are intended."""
-    set_to = [f.part for f in frames if isinstance(f, F.Pace) and f.change == "set" and f.factor is None]
-    bare = [F.Pace(change="constant", part=part) for part in set_to]
-    return [frame for frame in frames if frame not in bare]
 
 
 def _rank(frame: F.SemanticFrame) -> int:
@@ -132,11 +124,11 @@ def _settle(builder: PolicyBuilder) -> None:
                 builder.add(code)
 
 
-def _restore(builder: PolicyBuilder, frames: Sequence[F.SemanticFrame], keeps: Sequence[F.Keep]) -> None:
+def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
     """Put back what is to stay as it is where a step has changed it all the same."""
-    builder.frame = len(frames)
+    builder.frame = len(builder.frames)
     rows, given = builder.rows(), builder.trajectory.to_array()
-    blended = all(isinstance(frame, BLENDED) for frame in frames)
+    blended = all(isinstance(frame, BLENDED) for frame in builder.frames)
     masks = [] if blended else [builder.part(part)[0] for part in _kept_parts(keeps)]
     still = builder.kept - ({"goal"} if builder.goal_moved else set())
     for end, row, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
