@@ -93,10 +93,14 @@ class PolicyBuilder:
         return any(isinstance(frame, kinds) for frame in self.frames)
 
     @property
+    def moving(self) -> int:
+        """How many frames change where the path goes."""
+        return sum(not isinstance(frame, STILL) for frame in self.frames)
+
+    @property
     def alone(self) -> bool:
         """Whether the path is changed by one frame at most, and not cut short besides."""
-        moving = sum(not isinstance(frame, STILL) for frame in self.frames)
-        return moving <= 1 and not (len(self.frames) > 1 and self.has(F.StopAt, F.Trim))
+        return self.moving <= 1 and not (len(self.frames) > 1 and self.has(F.StopAt, F.Trim))
 
     def stay(self) -> dict[str, str]:
         """Postconditions that the ends stay, where no other step moves them."""
@@ -306,11 +310,6 @@ def degree(frame: SemanticFrame) -> Degree:
 def short(value: float) -> float:
     """A number to six digits, as code shows it."""
     return float(f"{value:.6g}")
-
-
-def aiming(aim: str) -> str:
-    """The argument of a call that says what of an object is meant, or ""."""
-    return f", aim={aim!r}" if aim else ""
 
 
 def argument(mask: str) -> str:

@@ -10,11 +10,9 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved
 from ovita.instruct.lexicon import Degree, nice
 from ovita.instruct.path_steps import spot, target
-from ovita.paths.geometry import Mask, turning_angles
+from ovita.paths.geometry import runs, turning_angles
 from ovita.paths.part import WHOLE, PathPart, Unit
 from ovita.paths.trajectory import Array, arc_length
-from ovita.toolkit.waypoints import keep_unchanged
-from ovita.toolkit.waypoints import smooth as smoothed
 
 SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 """Size of a new shape as a share of the path's extent."""
@@ -22,12 +20,6 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
 RESIZE: dict[Degree, float] = {"slight": 1.2, "moderate": 1.5, "large": 2.0}
 SMOOTH: dict[Degree, float] = {"slight": 0.3, "moderate": 1.0, "large": 3.0}
-
-STRONGER = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
-"""How many times as strongly as the word says a path is smoothed, if it takes that to make it smoother."""
-
-SHARP = 0.7
-"""A turn that smoothing must take the edge off [rad]."""
 
 TILT = {"left": "front", "right": "back", "front": "right", "back": "left"}
 """The axis about which a counter-clockwise turn lifts each side."""
@@ -216,11 +208,16 @@ def curve(builder: PolicyBuilder, frame: F.Curve) -> None:
     factor = _usual(builder, frame, frame.change == "less")
     meaning = "factor on how far the path bends from the straight line"
     name = builder.knob("curvature", factor, "factor", meaning, "change", unit="", direction="larger")
-    plan = f"Make the path {frame.change} curved (factor {factor:g})"
-    ends = builder.stay()
-    if builder.alone and not frame.part:
-        ends["length"] = f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)"
-    builder.add_within(frame.part, f"curve(traj, {name})", plan, ends=ends)
+    where, part = builder.part(frame.part)
+    plan = f"Make the path {frame.change} curved{part} (factor {factor:g})."
+    if not where:
+        seen = f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if builder.alone else ""
+        builder.add(f"traj = curve(traj, {name})", plan, seen, ends=builder.stay())
+        return
+    for a, b in runs(builder.waypoints(frame.part)):
+        if a < b:  # as far from the straight line between the ends of the part as the factor says
+            builder.code.append(f"traj = traj + (1 - {name}) * (straighten(traj, {a}, {b}) - traj)")
+    builder.add("", plan, builder.rest_stays(where))
 
 
 def straighten(builder: PolicyBuilder, frame: F.Straighten) -> None:
@@ -248,25 +245,12 @@ def _winds(positions: Array) -> bool:
 
 def smooth(builder: PolicyBuilder, frame: F.Smooth) -> None:
     """Fewer kinks, less jitter; start and goal stay."""
-    rows, usual = builder.rows(), SMOOTH[degree(frame)]
     where, _ = builder.part(frame.part)
-    part = builder.waypoints(frame.part) if where and len(rows) == len(builder.trajectory) else None
-    tried = [usual * times for times in (STRONGER if part is None else (1.0, 0.25, 0.0625, *STRONGER))]
-    strength = next((s for s in tried if _is_smoother(rows, s, part)), usual)
-    meaning = "strength of the smoothing"
+    strength, meaning = SMOOTH[degree(frame)] * 8.0 ** (builder.effort - 1), "strength of the smoothing"
     name = builder.knob("smoothing", strength, "to", meaning, "degree", unit="", direction="smoother")
-    bends = builder.alone and turning_angles(rows[:, :3]).any()
+    bends = builder.alone and turning_angles(builder.positions).any()
     promise, plan = f"expect_smoother({where})" if bends else "", "Smooth the path; start and goal stay"
     builder.add_within(frame.part, f"smooth(traj, {name})", plan, promise, ends=builder.stay())
-
-
-def _is_smoother(rows: Array, strength: float, part: Mask | None) -> bool:
-    """Whether a smoothing, of a part or of all, takes out bends without making the sharpest turn sharper."""
-    calm = smoothed(rows, strength)
-    calm = calm if part is None else keep_unchanged(calm, rows, ~part)
-    before, after = turning_angles(rows[:, :3]), turning_angles(calm[:, :3])
-    most = (0.75 if before.max() > SHARP else 1.0) * before.max()
-    return not before.any() or bool(after.max() <= most and (after**2).sum() < 0.95 * (before**2).sum())
 
 
 def resample(builder: PolicyBuilder, frame: F.Resample) -> None:
@@ -285,7 +269,8 @@ def resample(builder: PolicyBuilder, frame: F.Resample) -> None:
             builder.ask(f"A path has at least 2 waypoints, this one {n}: how many should be left?")
         count = builder.knob("waypoints", round(left), "count", "number of waypoints", "amount", unit="")
         call, plan = f"resample(traj, {count})", f"Resample the path to {round(left)} waypoints."
-    builder.add(f"traj = {call}", plan, ends={"waypoints": f"expect_waypoints({count})"})
+    same = "" if builder.moving or frame.change == "merge" else "expect_same_path()"
+    builder.add(f"traj = {call}", plan, same, ends={"waypoints": f"expect_waypoints({count})"})
 
 
 def _resampled(change: str, q: F.Quantity | None, n: int) -> float:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import cast
 
-import numpy as np
-
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, aiming, argument, degree, short
+from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.lexicon import nice
-from ovita.instruct.path_steps import APPROACH, OF, aimed_at, steps, usual_gap
+from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
@@ -80,17 +78,10 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         call = f"traj = farther(traj, {ref}, times={name}{further})"
         builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
-    by = builder.length(q, _push(builder, frame, item), f'"farther from {about}"')
+    by = builder.length(q, nice(builder.effort * builder.step(frame)), f'"farther from {about}"')
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
-
-
-def _push(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float:
-    """A push that suits the scene [m], and makes up for what steps before have brought the path closer."""
-    gain = builder.step(frame)
-    was, now = (float(item.distance(path).min()) for path in (builder.trajectory.positions, builder.positions))
-    return nice(builder.effort * float(np.clip(was + gain - now, gain, 2.5 * gain)))
 
 
 def clearance(builder: PolicyBuilder, frame: F.Clearance) -> None:
@@ -154,8 +145,8 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
             builder.assume(f'"by {item.name}" is {gap:g} m from it')
             _come_within(builder, item, gap, "at", "", "")
         elif frame.relation == "at":
-            aim, words = aiming(frame.aim), aimed_at(builder, item.name, frame.aim, item)
-            _through(builder, builder.ref(item), f"Bend the path {'to' if aim else 'through'} {words}.", aim)
+            code, words = aimed(builder, item.name, frame.aim)
+            _through(builder, code, f"Bend the path {'to' if frame.aim else 'through'} {words}.")
         else:
             _over(builder, frame, item)
 
@@ -171,13 +162,11 @@ def _through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", pro
 def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     """Over or under an object: past its vertical axis, so far above its top or below its bottom."""
     side, word, end, knob = OVER[frame.relation]
-    axis = builder.axis(side)
-    half, q = extent(item, axis), None if frame.degree == "slight" else frame.by
-    usual = usual_gap(builder) if frame.degree == "slight" else nice(item.radius - half + builder.scale.step("slight"))
-    above = _passing(builder, item, axis)
-    now = float(f"{above - 0.005 * abs(above):.3g}") if frame.degree != "slight" else 0.0
-    meaning = f"distance {word} the {end} of {item.name}"
-    gap = builder.length(q, max(usual, builder.room(item), now), f"the {meaning}")
+    axis, q, meaning = builder.axis(side), frame.by, f"distance {word} the {end} of {item.name}"
+    half, above = extent(item, axis), _passing(builder, item, axis)
+    now = float(f"{above - 0.005 * abs(above):.3g}")
+    usual = max(nice(item.radius - half + builder.scale.step("slight")), builder.room(item), now)
+    gap = builder.length(q, usual, f"the {meaning}")
     gap = max(gap, now) if q is not None and q.role == "at_least" else gap
     ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
     name = builder.knob(knob, gap, role, meaning, "by", about=item.name, direction=side)
@@ -234,7 +223,7 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
     axis = builder.axis(word)
     where, part = builder.part(frame.part)
     for item in map(builder.scene.__getitem__, frame.objects):
-        half, gap, ref = extent(item, axis), _gap_beside(builder, item, axis), builder.ref(item)
+        half, gap, ref = extent(item, axis), max(builder.scale.step("slight"), builder.room(item)), builder.ref(item)
         words = f"{OF[word]} {item.name}"
         builder.assume(f"the distance kept {words} is {gap:g} m")
         reach = (builder.positions - item.position) @ axis
@@ -249,13 +238,6 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
             holds=not where and bool((reach >= half + gap).all()),
         )
-
-
-def _gap_beside(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
-    """How far on one side of an object to pass it [m], no nearer than a distance to keep from it that is told."""
-    told = [f.distance.value for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
-    kept = (nice(item.radius - extent(item, axis) + metres) for metres in told)
-    return max(builder.scale.step("slight"), builder.room(item), *kept)
 
 
 def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:

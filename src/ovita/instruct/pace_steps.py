@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import cast
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, aiming, argument, degree, short
+from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.lexicon import FASTER, SLOWER
-from ovita.instruct.path_steps import aimed_at, spot, steps
+from ovita.instruct.path_steps import aimed, spot, steps
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
 from ovita.toolkit.speed import slow_turns
@@ -187,7 +187,7 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
     if item is not None and frame.by is not None:
         _stop_short(builder, item, frame.by)
     elif item is not None and frame.aim:
-        place, words = at + aiming(frame.aim), aimed_at(builder, item.name, frame.aim, item)
+        place, words = aimed(builder, item.name, frame.aim)
         builder.goal_moved = True
         plan, goal = f"Slow down and stop at {words}; the path ends there.", f"expect_goal({place})"
         builder.add(f"traj = move_goal(stop_at(traj, {at}), {place})", plan, "expect_stop()", ends={"goal": goal})
@@ -212,10 +212,10 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     name, item = steps(builder, frame.duration), builder.item(frame.place)
     timesteps = f"{builder.parameters[name].value} timesteps"
     if item is not None and frame.aim:
-        aim, words = aiming(frame.aim), aimed_at(builder, item.name, frame.aim, item)
+        place, words = aimed(builder, item.name, frame.aim)
         plan = f"Bend the path to {words} and wait {timesteps} there."
-        promises = f"expect_visits({at}, within={builder.tolerance}{aim})", f"expect_stop(near={at})"
-        builder.add(f"traj = hover(traj, {at}, 0.0{aim}, steps={name})", plan, *promises)
+        promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={at})"
+        builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
         return
     promise = f"expect_stop(near={at})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
     builder.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {timesteps} {words}.", promise)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, aiming, argument, degree, short
+from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.lexicon import Degree, nice
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
@@ -85,17 +85,15 @@ def target(builder: PolicyBuilder, place: F.Place) -> tuple[str, str, Array]:
     return builder.ref(item), item.name, item.position
 
 
-def aimed_target(builder: PolicyBuilder, place: F.Place, aim: F.Aim) -> tuple[str, str]:
-    """Code of a point to go to and words for it, with what of an object is meant."""
+def aimed(builder: PolicyBuilder, place: F.Place, aim: F.Aim) -> tuple[str, str]:
+    """Code of a point to go to and words for it, with what of an object is meant; its centre if its size is unknown."""
     code, words, _ = target(builder, place)
-    return code + aiming(aim), aimed_at(builder, words, aim, builder.item(place))
-
-
-def aimed_at(builder: PolicyBuilder, words: str, aim: F.Aim, item: SceneObject | None) -> str:
-    """Words for what of an object is meant; without its dimensions there is the centre only."""
-    if aim and item is not None and item.dimensions is None:
+    if not aim:
+        return code, words
+    item = builder.item(place)
+    if item is not None and item.dimensions is None:
         builder.assume(f"the size of {item.name} is not known, so its position stands for its {aim}")
-    return f"the {aim} of {words}" if aim else words
+    return f"{code}, aim={aim!r}", f"the {aim} of {words}"
 
 
 def _offset(
@@ -105,23 +103,15 @@ def _offset(
     knobs: dict[str, str] = {}
     words = []
     for said, q in offset:
-        direction, value = _way(builder, frame, said, q)
-        if OPPOSITE[direction] in knobs or direction in knobs:
-            builder.ask(f"Both {direction} and {OPPOSITE[direction]}: which way should it go?")
-        toward = TO_THE.get(direction, direction)
-        if value == 0:
-            builder.ask(f"0 m {toward} moves nothing: how far should it go?")
-        name, meaning = f"{prefix}{direction}", f"shift {toward}"
-        knobs[direction] = builder.knob(name, value, "by", meaning, said, direction=direction)
-        words.append(f"{value:g} m {toward}")
+        direction = builder.word(said)
+        value = builder.length(q, builder.step(frame), f'"{MUCH[degree(frame)]}{direction}"')
+        direction, value = (direction, value) if value >= 0 else (OPPOSITE[direction], -value)
+        if value == 0 or not {direction, OPPOSITE[direction]}.isdisjoint(knobs):
+            builder.ask(f"Which way should it go, and how far {direction}?")
+        meaning = f"shift {TO_THE.get(direction, direction)}"
+        knobs[direction] = builder.knob(prefix + direction, value, "by", meaning, said, direction=direction)
+        words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
     return knobs, " and ".join(words)
-
-
-def _way(builder: PolicyBuilder, frame: F.SemanticFrame, said: str, q: F.Quantity | None) -> tuple[str, float]:
-    """A direction and how far along it [m], stated or as far as suits the scene; never less than 0."""
-    direction = builder.word(said)
-    value = builder.length(q, builder.step(frame), f'"{MUCH[degree(frame)]}{direction}"')
-    return (direction, value) if value >= 0 else (OPPOSITE[direction], -value)
 
 
 def shift(builder: PolicyBuilder, frame: F.Shift) -> None:
@@ -216,7 +206,7 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     if frame.aim in BESIDE and item is not None:
         side = BESIDE[frame.aim] or _facing(builder, item)
         frame = replace(frame, aim="", offset=((side, frame.by),))
-    place, words = aimed_target(builder, frame.place, frame.aim)
+    place, words = aimed(builder, frame.place, frame.aim)
     for said, q in frame.offset:
         direction = builder.word(said)
         half, room = (extent(item, builder.axis(direction)), builder.room(item)) if item else (0.0, 0.0)
@@ -265,7 +255,7 @@ def steps(builder: PolicyBuilder, duration: F.Quantity | None) -> str:
 def extend(builder: PolicyBuilder, frame: F.Extend) -> None:
     """Go on beyond the goal: to a place, in a direction, or straight on."""
     if frame.place:
-        code, words = aimed_target(builder, frame.place, frame.aim)
+        code, words = aimed(builder, frame.place, frame.aim)
         plan, goal = f"Continue from the goal to {words}.", f"expect_goal({code})"
         builder.add(f"traj = continue_to(traj, {code})", plan, ends={"goal": goal})
     elif frame.offset:
