@@ -42,9 +42,6 @@ SHARES = {
 STRETCHES = {"start": "first", "goal": "last", "middle": "middle"}
 """What is near the ends and the middle of the path."""
 
-SHARE_AT = {"start": 0.0, "goal": 1.0, "middle": 0.5}
-"""How far along the path its ends and its middle are."""
-
 SPARE = 0.02
 """Room beyond the least that a robot keeps from an object, for the bends on the way there [m]."""
 
@@ -331,10 +328,6 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return replace(part, count=len(builder.trajectory))
     if part.kind == "near":
         return _resolved_near(builder, part, part.places[0])
-    if part.kind in ("after", "before") and part.places[0] in F.SPOTS:
-        share = SHARE_AT[part.places[0]]
-        low, high = (share, None) if part.kind == "after" else (0.0, share)
-        return PathPart("range", amount=low, until=high, unit="share")
     return part
 
 
@@ -414,7 +407,7 @@ def _along(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
 def _place(builder: PolicyBuilder, place: Any) -> str:
     if isinstance(place, Mapping):
         return f"midpoint({', '.join(builder.ref(builder.scene[name]) for name in place['between'])})"
-    return str(SHARE_AT[place]) if place in SHARE_AT else builder.ref(builder.scene[place])
+    return builder.ref(builder.scene[place])
 
 
 def _beyond(builder: PolicyBuilder, part: PathPart, traj: str) -> str:

@@ -211,7 +211,7 @@ def curve(builder: PolicyBuilder, frame: F.Curve) -> None:
     where, part = builder.part(frame.part)
     plan = f"Make the path {frame.change} curved{part} (factor {factor:g})."
     if not where:
-        seen = f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if builder.alone else ""
+        seen = f"expect_length({'longer' if factor > 1 else 'shorter'}_by=0.0)" if _is_seen(builder) else ""
         builder.add(f"traj = curve(traj, {name})", plan, seen, ends=builder.stay())
         return
     for a, b in runs(builder.waypoints(frame.part)):
@@ -223,7 +223,7 @@ def curve(builder: PolicyBuilder, frame: F.Curve) -> None:
 def straighten(builder: PolicyBuilder, frame: F.Straighten) -> None:
     """Go straight."""
     if not frame.part:
-        promise = "expect_length(shorter_by=0.0)" if builder.alone and _winds(builder.positions) else ""
+        promise = "expect_length(shorter_by=0.0)" if _is_seen(builder) else ""
         plan = "Go in a straight line between start and goal."
         builder.add("traj = straighten(traj)", plan, promise, ends=builder.stay())
         return
@@ -238,9 +238,11 @@ def straighten(builder: PolicyBuilder, frame: F.Straighten) -> None:
     builder.add(f"traj = straighten(traj, {a}, {b})", f"Go in a straight line {part.words()}.", rest)
 
 
-def _winds(positions: Array) -> bool:
-    """Whether a path is so much longer than the straight line that straightening it is seen in its length."""
-    return float(arc_length(positions)[-1]) > 1.01 * float(np.linalg.norm(positions[-1] - positions[0]))
+def _is_seen(builder: PolicyBuilder) -> bool:
+    """Whether a step is the only one, and is seen in the length of the path, as that is not straight."""
+    positions = builder.positions
+    straight = float(np.linalg.norm(positions[-1] - positions[0]))
+    return builder.alone and float(arc_length(positions)[-1]) > 1.01 * straight
 
 
 def smooth(builder: PolicyBuilder, frame: F.Smooth) -> None:

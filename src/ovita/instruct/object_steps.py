@@ -165,8 +165,9 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     axis, q, meaning = builder.axis(side), frame.by, f"distance {word} the {end} of {item.name}"
     half, above = extent(item, axis), _passing(builder, item, axis)
     now = float(f"{above - 0.005 * abs(above):.3g}")
-    usual = max(nice(item.radius - half + builder.scale.step("slight")), builder.room(item), now)
-    gap = builder.length(q, usual, f"the {meaning}")
+    usual = max(nice(item.radius - half + builder.scale.step("slight")), now)
+    usual = usual_gap(builder) if frame.degree == "slight" else usual  # close to it, lower than the path is
+    gap = builder.length(q, max(usual, builder.room(item)), f"the {meaning}")
     gap = max(gap, now) if q is not None and q.role == "at_least" else gap
     ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
     name = builder.knob(knob, gap, role, meaning, "by", about=item.name, direction=side)

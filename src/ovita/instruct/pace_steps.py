@@ -8,6 +8,7 @@ from typing import cast
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.lexicon import FASTER, SLOWER
+from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
@@ -34,8 +35,8 @@ class _Speed:
     def add(self, call: str, plan: str, *promises: str, holds: bool = False) -> None:
         self.builder.add(f"traj = {call}", f"{plan}{self.part}.", *promises, holds=holds)
 
-    def knob(self, name: str, value: float, role: Role, meaning: str, slot: str = "amount") -> str:
-        return self.builder.knob(name, value, role, meaning, slot, unit="m/s")
+    def knob(self, name: str, value: float, role: Role, meaning: str, slot: str = "amount", way: str = "") -> str:
+        return self.builder.knob(name, value, role, meaning, slot, unit="m/s", direction=way)
 
     def value(self, whole: float) -> float:
         """The amount as a speed [m/s]; shares and multiples are of a speed."""
@@ -70,6 +71,8 @@ def _change(s: _Speed) -> None:
 
 def _scale(s: _Speed, factor: float) -> None:
     s.arrives(factor)
+    if s.mean == 0:
+        s.builder.ask("The speed is 0 everywhere: how fast should it be, in m/s?")
     if not {"slower": factor < 1, "faster": factor > 1}.get(s.frame.change, True):
         s.builder.ask(f"{factor:g} times the speed is not {s.frame.change}: which is meant?")
     name, word = ("slowdown", "slower") if factor < 1 else ("speedup", "faster")
@@ -82,7 +85,7 @@ def _scale(s: _Speed, factor: float) -> None:
 def _shift(s: _Speed, amount: float) -> None:
     s.arrives(float(s.chosen.max()) + amount)
     verb, word = ("Lower", "slower") if amount < 0 else ("Raise", "faster")
-    knob = s.builder.knob("speed_change", amount, "by", "added to the speed", "amount", unit="m/s", direction="faster")
+    knob = s.knob("speed_change", amount, "by", "added to the speed", way="faster")
     plan = f"{verb} the speed by {abs(amount):g} m/s"
     s.add(f"shift_speed(traj, {knob}{s.argument})", plan, f"expect_{word}({s.promised})")
 
@@ -92,7 +95,7 @@ def _set(s: _Speed, value: float) -> None:
     now = float(s.chosen.mean())
     if {"slower": value > now, "faster": value < now}.get(s.frame.change):
         s.builder.assume(f"{value:g} m/s is not {s.frame.change} than the {now:.3g} m/s there now")
-    knob = s.builder.knob("speed", value, "to", "", "amount", unit="m/s", direction="faster")
+    knob = s.knob("speed", value, "to", "", way="faster")
     promise = f"expect_speed({knob}{s.argument})"
     s.add(f"set_speed(traj, {knob}{s.argument})", f"Set the speed to {value:g} m/s", promise)
 
@@ -126,7 +129,7 @@ def _bound(s: _Speed) -> None:
 
 def _ramp(s: _Speed) -> None:
     """A speed that changes steadily along the path or a part of it."""
-    begin, end = (float(f"{v:.3g}") for v in (_rising(s) if s.frame.change == "rampup" else _falling(s)))
+    begin, end = _from_to(s)
     a = s.knob("start_speed", begin, "to", "where the change begins", "begin")
     b = s.knob("end_speed", end, "to", "where the change ends")
     s.builder.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")
@@ -138,30 +141,31 @@ def _ramp(s: _Speed) -> None:
     s.add(f"ramp_speed(traj, {a}, {b}{s.argument})", plan, *promises)
 
 
-def _rising(s: _Speed) -> tuple[float, float]:
-    """From where and to where the speed rises [m/s]."""
-    end = 1.5 * float(s.all.max()) if s.q is None else s.value(s.mean)
-    return min(float(s.chosen[0]), 0.5 * s.mean, 0.5 * end), end
-
-
-def _falling(s: _Speed) -> tuple[float, float]:
-    """From where and to where the speed falls [m/s]; at the goal to a standstill where nothing else is said."""
-    begin = float(s.chosen[0]) if s.chosen[0] > 0.2 * s.mean else s.mean
+def _from_to(s: _Speed) -> tuple[float, float]:
+    """From where and to where the speed changes [m/s]; at the goal to a standstill where nothing else is said."""
+    first, rises = float(s.chosen[0]), s.frame.change == "rampup"
     if s.q is not None:
         end = s.value(s.mean)
+    elif rises:
+        end = 1.5 * float(s.all.max())
     else:
         end = 0.0 if s.mask.all() or s.frame.part.kind in ("last", "after") else 0.25 * s.mean
-    return (begin if begin > end else 2 * end), end
+    if rises:
+        begin = min(first, 0.5 * s.mean, 0.5 * end)
+    else:
+        begin = first if first > 0.2 * s.mean else s.mean
+        begin = begin if begin > end else 2 * end
+    return float(f"{begin:.3g}"), float(f"{end:.3g}")
 
 
 def _turns(s: _Speed) -> None:
     q, rows = s.q, s.builder.rows()
     factor = SLOWER[degree(s.frame)] if q is None else 1.0 - q.value if (q.unit, q.role) == ("%", "by") else q.value
-    angle = next((a for a in ANGLES if (slow_turns(rows, 0.5, angle=a) != rows).any()), ANGLES[0])
+    angle = next((a for a in ANGLES if (slow_turns(rows, 0.5, angle=a) != rows).any()), 0)
     meaning = "factor on the speed in turns"
     name = s.builder.knob("slowdown", factor, "factor", meaning, "amount", unit="", direction="slower")
-    call, plan = f"slow_turns(traj, {name}, angle={angle})", "Slow down before and in turns, to "
-    s.builder.add_within(s.frame.part, call, f"{plan}{factor:g} times the speed", "expect_slower()")
+    call, plan = f"slow_turns(traj, {name}, angle={angle or ANGLES[0]})", "Slow down before and in turns, to "
+    s.builder.add_within(s.frame.part, call, f"{plan}{factor:g} times the speed", "expect_slower()" if angle else "")
 
 
 def _accelerate(s: _Speed) -> None:
@@ -199,6 +203,9 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
 def _stop_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> None:
     """Come to rest so far from an object's surface, where the path first comes so near."""
     by, ref, meaning = builder.metres(q), builder.ref(item), f"distance at which to stop before {item.name}"
+    first = surface_distance(item, builder.positions[:2])
+    if first <= by:
+        builder.ask(f"The path starts {first:.3g} m from {item.name}: how far before it should it stop?")
     name = builder.knob("short", by, "at", meaning, "by", about=item.name, direction="away")
     builder.goal_moved = True
     plan = f"Slow down and stop {by:g} m before {item.name}; the path ends there."

@@ -211,7 +211,8 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
         direction = builder.word(said)
         half, room = (extent(item, builder.axis(direction)), builder.room(item)) if item else (0.0, 0.0)
         meaning = f"distance {OF[direction]} {words}"
-        value = short(half + builder.length(q, max(usual_gap(builder), room), f"the {meaning}"))
+        value = short(half + (max(usual_gap(builder), room) if q is None else builder.metres(q)))
+        builder.assume(f"{OF[direction]} {words} is counted from its surface, {value:g} m from its centre")
         about = item.name if item else ""
         name = builder.knob(f"{end}_{direction}", value, "to", meaning, said, about=about, direction=direction)
         place, words = f"{place}, {direction}={name}", f"{value:g} m {OF[direction]} {words}"

@@ -46,8 +46,9 @@ CHANGING: dict[str, tuple[type[F.SemanticFrame], ...]] = {
 }  # fmt: skip
 """The frames that change, on the whole path, what is to stay."""
 
-CONTRARY = ("faster slower", "rampup rampdown", "larger smaller", "more less", "closer farther")
-"""Changes of the same thing that rule each other out."""
+PAIRS = ("faster slower", "rampup rampdown", "larger smaller", "more less", "closer farther")
+CONTRARY = {**OPPOSITE, **{a: b for pair in PAIRS for a, b in permutations(pair.split())}}
+"""Directions and changes of the same thing that rule each other out."""
 
 
 def realise(
@@ -147,35 +148,26 @@ def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
 
 def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
     """Whether two frames of a kind, about the same thing and the same part, ask for opposite things."""
-    if type(one) is not type(other) or one.part != other.part or not _about_the_same(one, other):
+    if type(one) is not type(other) or one.part != other.part or _things(one).isdisjoint(_things(other)):
         return False
     if isinstance(one, F.MoveEnd) and isinstance(other, F.MoveEnd) and one.place != other.place:
         return one.relation == other.relation == "to"
-    changes = {_change(one), _change(other)}
-    against = {OPPOSITE[way] for way in _ways(other, axes)}
-    return (
-        any(changes == {*words.split()} for words in CONTRARY)
-        or not against.isdisjoint(_ways(one, axes))
-        or any(_no_room(q, other.quantities[slot]) for slot, q in one.quantities.items() if slot in other.quantities)
+    against = {CONTRARY.get(wish) for wish in _wishes(other, axes)}
+    return not against.isdisjoint(_wishes(one, axes)) or any(
+        _no_room(q, other.quantities[slot]) for slot, q in one.quantities.items() if slot in other.quantities
     )
 
 
-def _about_the_same(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
-    """Whether two frames of a kind share an object, the end of the path, or what a height counts from."""
-    objects, others = ({*getattr(frame, "objects", ("path",))} for frame in (one, other))
-    same = (getattr(one, slot, "") == getattr(other, slot, "") for slot in ("end", "of"))
-    return not objects.isdisjoint(others) and all(same)
+def _things(frame: F.SemanticFrame) -> set[F.Place]:
+    """The objects that a frame is about, or the end of the path, or what a height counts from."""
+    return {*getattr(frame, "objects", (getattr(frame, "end", getattr(frame, "of", "")),))}
 
 
-def _change(frame: F.SemanticFrame) -> str:
-    return str(getattr(frame, "change", getattr(frame, "sense", "")))
-
-
-def _ways(frame: F.SemanticFrame, axes: Frame) -> set[str]:
-    """The direction words in which a frame moves the path or an end of it, or passes an object."""
+def _wishes(frame: F.SemanticFrame, axes: Frame) -> set[str]:
+    """The change that a frame asks for, and the direction words of a shift or a side."""
+    found = {str(getattr(frame, slot, "")) for slot in ("change", "sense")}
     if isinstance(frame, F.Side):
-        return {direction_word(axes, frame.direction)}
-    found: set[str] = set()
+        found.add(direction_word(axes, frame.direction))
     for said, q in frame.offset if isinstance(frame, F.Shift | F.MoveEnd) else ():
         word = direction_word(axes, said)
         found.add(OPPOSITE[word] if q is not None and q.value < 0 else word)
@@ -199,5 +191,5 @@ def _kept_from(keep: F.Keep, frame: F.SemanticFrame, axes: Frame) -> bool:
     if frame.part or keep.part:
         return False
     if keep.what == "height":
-        return isinstance(frame, F.Shift) and not {"up", "down"}.isdisjoint(_ways(frame, axes))
+        return isinstance(frame, F.Shift) and not {"up", "down"}.isdisjoint(_wishes(frame, axes))
     return isinstance(frame, CHANGING.get(keep.what, ()))
