@@ -62,7 +62,7 @@ def test_a_part_may_begin_at_a_midpoint():
 def test_a_path_that_passes_over_already_is_not_lowered():
     scene = Scene((SceneObject("mat", [0.0, 0.25, 0.1], BOX),))
     _, rows, broken = done("via over=mat", scene)
-    assert np.abs(rows[:, :3] - PATH.positions).max() < 0.02 and not broken
+    assert np.abs(rows[:, :3] - PATH.positions).max() < 0.03 and not broken
 
 
 def test_reverse_runs_backwards():

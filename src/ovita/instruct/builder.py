@@ -241,10 +241,10 @@ class PolicyBuilder:
             self.ask(f"How many metres are {q.said or f'{q.value:g} {q.unit}'}?")
         return q.value
 
-    def length(self, q: Quantity | None, usual: float, what: str) -> float:
+    def length(self, q: Quantity | None, usual: float, what: str, whole: float | None = None) -> float:
         """A length that is stated, or the usual one, which is told [m]."""
         if q is not None:
-            return self.metres(q)
+            return self.metres(q, whole)
         self.assume(f"{what} is {usual:g} m in this scene")
         return usual
 

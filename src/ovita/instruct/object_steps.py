@@ -104,15 +104,14 @@ def _hold(
 ) -> None:
     """A distance to objects that is kept all along."""
     told, about = bound.replace("_", " "), items[0].name if len(items) == 1 else ""
-    role, direction = ("at_least", "away") if bound == "at_least" else ("at_most", "closer")
-    meaning = f"distance to keep, {told}"
-    name = builder.knob("distance", metres, cast(Role, role), meaning, "distance", about=about, direction=direction)
-    for item in items if role == "at_most" else ():
-        builder.assume(f"{metres:g} m from {item.name} is measured to its centre")
+    meaning, direction = f"distance to keep, {told}", "away" if bound == "at_least" else "closer"
+    name = builder.knob("distance", metres, cast(Role, bound), meaning, "distance", about=about, direction=direction)
+    if bound != "at_least":
+        builder.assume(f"{metres:g} m is measured to the centre of {' and '.join(item.name for item in items)}")
     refs = [builder.ref(item) for item in items]
     code = refs[0] if len(refs) == 1 else f"[{', '.join(refs)}]"
     call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
-    if role == "at_least" and not where:
+    if bound == "at_least" and not where:
         builder.distances += [(item, metres, call) for item in items]
     plan = f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}."
     builder.add(call, plan, *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))

@@ -128,13 +128,17 @@ def shift(builder: PolicyBuilder, frame: F.Shift) -> None:
         call = f"traj = move(traj, {offset}{argument(where)}{kept})"
         builder.add(call, f"Shift the path {words}{stays}.", f"expect_moved({offset}{argument(where)})")
         return
-    stated = {builder.word(said) for said, q in frame.offset if q is not None}
+    _shift_all(builder, knobs, words, {builder.word(said) for said, q in frame.offset if q is not None})
+
+
+def _shift_all(builder: PolicyBuilder, knobs: Mapping[str, str], words: str, stated: set[str]) -> None:
+    """Shift the whole path; later steps leave the directions alone whose amounts are stated."""
     builder.exact |= {direction for direction in knobs if stated & {direction, OPPOSITE[direction]}}
     for direction, name in knobs.items():
         builder.shifts.setdefault(direction, []).append(name)
     total = {direction: " + ".join(names) for direction, names in builder.shifts.items()}
-    promise = f"expect_moved({arguments(total)})"
-    builder.add(f"traj = move(traj, {offset})", f"Shift the whole path {words}.", ends={"shift": promise})
+    ends = {"shift": f"expect_moved({arguments(total)})"}
+    builder.add(f"traj = move(traj, {arguments(knobs)})", f"Shift the whole path {words}.", ends=ends)
 
 
 def move_end(builder: PolicyBuilder, frame: F.MoveEnd) -> None:
@@ -227,7 +231,7 @@ def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     distance = float(np.linalg.norm(way))
     usual = builder.step(frame) if away else nice(APPROACH[degree(frame)] * distance)
     told, direction = ("away from", "away") if away else ("toward", "closer")
-    by = builder.metres(frame.by, distance) if frame.by else builder.length(None, usual, f'"{told} {words}"')
+    by = builder.length(frame.by, usual, f'"{told} {words}"', distance)
     reach = by if away else min(by, distance)
     if distance < 1e-9 or reach <= 0:
         builder.ask(f"The {end} is at {words} already: where should it go?")

@@ -108,9 +108,8 @@ def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     rest = [outside(part) for part in kept if part != frame.part]
-    if frame.part and rest:
-        return replace(frame, part=both(frame.part, *rest))
-    return replace(frame, part=both(*rest) if len(rest) > 1 else rest[0]) if rest else frame
+    parts = [frame.part, *rest] if frame.part else rest
+    return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
 
 def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
