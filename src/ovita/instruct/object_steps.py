@@ -60,7 +60,7 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
         usual = builder.step(frame) if frame.degree == "slight" else share
         return builder.length(None, nice(builder.effort * usual), f'"closer to {item.name}"')
     shares = {"%": q.value, "x": 1 - (1 / q.value if q.value > 1 else q.value)}
-    by = nice(now * shares[q.unit]) if q.unit in shares else builder.metres(q)
+    by = nice(now * shares.get(q.unit, 0.0)) or builder.metres(q, now)
     most = max(surface_distance(item, builder.positions), 0.0)
     if by > most + 1e-9:
         builder.assume(f"closer to {item.name} ends at its surface, {most:.3g} m closer, not {by:g} m")
