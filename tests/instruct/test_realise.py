@@ -59,10 +59,10 @@ def test_a_part_may_begin_at_a_midpoint():
     assert slower[-5:].all() and not slower[:20].any() and not broken
 
 
-def test_a_path_that_passes_over_already_is_left_alone():
+def test_a_path_that_passes_over_already_is_not_lowered():
     scene = Scene((SceneObject("mat", [0.0, 0.25, 0.1], BOX),))
-    d, rows, broken = done("via over=mat", scene)
-    assert d.held == d.plan and np.array_equal(rows, PATH.to_array()) and not broken
+    _, rows, broken = done("via over=mat", scene)
+    assert np.abs(rows[:, :3] - PATH.positions).max() < 0.03 and not broken
 
 
 def test_reverse_runs_backwards():

@@ -233,7 +233,7 @@ def test_a_step_to_a_place_promises_it(sentence, promised):
         ("slow down at the start", '"slower" is 0.5 times the speed'),
         ("slow down near the cup", '"near cup" is within'),
         ("go up near the cup", '"up" is'),
-        ("end left of the cup", '"left" is'),
+        ("end left of the cup", "left of cup is counted from its surface"),
         ("end 0.1 m left of the mug", "counted from its surface, 0.14 m from its centre"),
     ],
 )

@@ -192,7 +192,7 @@ def _proposed(drawing: Drawing, ground: Ground) -> tuple[PolicyBuilder, Trajecto
         raise Rejected("policy") from None
     except (OvitaError, ValueError, IndexError):
         raise Rejected("question") from None
-    touched = [*policy.contacts, *map(str, recorder.contacts)]
+    touched = map(str, recorder.contacts)
     return policy, proposed, tuple(dict.fromkeys(scene[name].name for name in touched if name in scene))
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
-from typing import Any, Literal
+from itertools import permutations
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word
@@ -15,7 +14,7 @@ from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS
 from ovita.instruct.path_steps import PATH_STEPS
-from ovita.paths.part import WHOLE, PathPart, both, outside
+from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import OPPOSITE, Frame, Scene
 from ovita.paths.trajectory import Trajectory
@@ -37,6 +36,19 @@ PLACED = (F.Shift, F.Pace, F.Approach, F.Clearance, F.Height, F.Bound, F.Mirror,
 
 BLENDED = (F.Keep, F.Shift, F.Pace, F.Mirror, F.Rotate, F.Resize)
 """Frames that change nothing outside the part that they are about."""
+
+
+_FIRST, _LAST = PathPart("first", amount=1), PathPart("last", amount=1)
+_KEPT_ENDS = {"start": (_FIRST,), "goal": (_LAST,), "ends": (_FIRST, _LAST)}
+
+CHANGING: dict[str, tuple[type[F.SemanticFrame], ...]] = {
+    "speed": (F.Pace,), "path": (F.Shift, F.Approach, F.Reverse, F.Mirror, F.Rotate, F.Tilt, F.Resize),
+}  # fmt: skip
+"""The frames that change, on the whole path, what is to stay."""
+
+PAIRS = ("faster slower", "rampup rampdown", "larger smaller", "more less", "closer farther")
+CONTRARY = {**OPPOSITE, **{a: b for pair in PAIRS for a, b in permutations(pair.split())}}
+"""Directions and changes of the same thing that rule each other out."""
 
 
 def realise(
@@ -62,56 +74,46 @@ def realise(
     Raises:
         UnknownObject: If a frame names an object that the scene does not have.
     """
-    once = _once(frames)
-    many = sum(isinstance(frame, F.Approach) for frame in once) > 2
-    builder = PolicyBuilder(trajectory, scene, 1 if many else effort, robot, once)
-    keeps = [frame for frame in once if isinstance(frame, F.Keep)]
-    for question in conflicts(once, scene.frame):
+    builder = PolicyBuilder(trajectory, scene, effort, robot, frames)
+    keeps = [frame for frame in frames if isinstance(frame, F.Keep)]
+    for question in conflicts(frames, scene.frame):
         builder.ask(question)
-    if keeps and len(keeps) == len(once):
+    if keeps and len(keeps) == len(frames):
         builder.ask("All of that is to stay as it is: what should change?")
-    for number, frame in sorted(enumerate(once), key=lambda pair: _rank(pair[1], once)):
+    for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1])):
         builder.frame = number
         STEPS[type(frame)](builder, _sparing(frame, keeps))
         if builder.question:
             return builder
     _settle(builder)
     if keeps:
-        _restore(builder, once, keeps)
-    if once and len(builder.held) == len(once):
+        _restore(builder, keeps)
+    if frames and len(builder.held) == len(frames):
         builder.add("", "", "expect_same_path()")
     return builder
 
 
-def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
-    return [frame.part for frame in keeps if frame.what == "part" and frame.part]
+def _rank(frame: F.SemanticFrame) -> int:
+    """When a frame's turn comes."""
+    if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
+        return RANK["bound"]
+    return RANK[name_of(frame)]
 
 
 def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:
     """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
-    kept, ends = _kept_parts(keeps), [part for keep in keeps for part in _KEPT_ENDS.get(keep.what, ())]
-    if not isinstance(frame, PLACED) or not (kept or (ends and frame.part)):
+    if not isinstance(frame, PLACED):
         return frame
-    still = ends if frame.part and not isinstance(frame, F.Pace) else []
-    return replace(frame, part=_apart(frame.part, [*kept, *still]))
+    kept = _kept_parts(keeps)
+    if frame.part and not isinstance(frame, F.Pace):
+        kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
+    rest = [outside(part) for part in kept if part != frame.part]
+    parts = [frame.part, *rest] if frame.part else rest
+    return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
 
-_FIRST, _LAST = PathPart("first", amount=1), PathPart("last", amount=1)
-_ALL_BUT: dict[PathPart, Literal["start", "goal"]] = {outside(_FIRST): "start", outside(_LAST): "goal"}
-_KEPT_ENDS = {"start": (_FIRST,), "goal": (_LAST,), "ends": (_FIRST, _LAST)}
-
-
-def _rank(frame: F.SemanticFrame, frames: Sequence[F.SemanticFrame]) -> float:
-    """When a frame's turn comes; an end that moves is the one that is left after a cut."""
-    moved = {f.end for f in frames if isinstance(f, F.MoveEnd)}
-    match frame:
-        case F.Trim(cut=cut) if moved & {"start" if cut in ("first", "before") else "goal", "ends"}:
-            return RANK["end"] - 0.5
-        case F.Straighten() if moved:
-            return RANK["end"] + 0.5
-        case F.Height(part=part, level=level) if part or level.role in ("at_least", "at_most"):
-            return RANK["bound"]
-    return RANK[name_of(frame)]
+def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
+    return [keep.part for keep in keeps if keep.what == "part" and keep.part]
 
 
 def _settle(builder: PolicyBuilder) -> None:
@@ -122,40 +124,11 @@ def _settle(builder: PolicyBuilder) -> None:
                 builder.add(code)
 
 
-def _once(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Drop a second smoothing, and a constant speed beside the one that it is to be; other repetitions are intended."""
-    set_to = [f.part for f in frames if isinstance(f, F.Pace) and f.change == "set" and f.factor is None]
-    kept: list[F.SemanticFrame] = []
-    for frame in frames:
-        smoothed = any(isinstance(known, F.Smooth) for known in kept)
-        if (smoothed and isinstance(frame, F.Smooth)) or (_is_bare_constant(frame) and frame.part in set_to):
-            continue
-        kept += _without_end(frame)
-    return kept
-
-
-def _without_end(frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
-    """A shift of everything but an end as a shift of the whole, and the end stays."""
-    end = _ALL_BUT.get(frame.part) if isinstance(frame, F.Shift) else None
-    return (F.Keep(what=end), replace(frame, part=WHOLE)) if end else (frame,)
-
-
-def _is_bare_constant(frame: F.SemanticFrame) -> bool:
-    return isinstance(frame, F.Pace) and frame.change == "constant" and not frame.quantities
-
-
-def _apart(part: PathPart, kept: Sequence[PathPart]) -> PathPart:
-    """A part of the path without what is to stay as it is."""
-    rest = [outside(other) for other in kept if other != part]
-    parts = [*([part] if part else []), *rest]
-    return parts[0] if len(parts) == 1 else both(*parts) if parts else WHOLE
-
-
-def _restore(builder: PolicyBuilder, frames: Sequence[F.SemanticFrame], keeps: Sequence[F.Keep]) -> None:
+def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
     """Put back what is to stay as it is where a step has changed it all the same."""
-    builder.frame = len(frames)
+    builder.frame = len(builder.frames)
     rows, given = builder.rows(), builder.trajectory.to_array()
-    blended = all(isinstance(frame, BLENDED) for frame in frames)
+    blended = all(isinstance(frame, BLENDED) for frame in builder.frames)
     masks = [] if blended else [builder.part(part)[0] for part in _kept_parts(keeps)]
     still = builder.kept - ({"goal"} if builder.goal_moved else set())
     for end, row, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
@@ -167,67 +140,37 @@ def _restore(builder: PolicyBuilder, frames: Sequence[F.SemanticFrame], keeps: S
 
 def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
     """Questions about frames that cannot both be met."""
-    for one, other in combinations(frames, 2):
-        if one.part == other.part and _opposed(one, other, axes):
+    for one, other in permutations(frames, 2):
+        if (isinstance(one, F.Keep) and _kept_from(one, other, axes)) or _opposed(one, other, axes):
             yield f"{show([one])!r} and {show([other])!r} contradict each other: which one is meant?"
-    for frame in frames:
-        for keep in frames:
-            if isinstance(keep, F.Keep) and _kept_from(keep, frame, axes):
-                yield f"{show([keep])!r} and {show([frame])!r} contradict each other: which one is meant?"
 
 
 def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
-    """Whether two frames about the same part ask for opposite things."""
-    contrary = _CONTRARY.get(type(one))
-    return contrary is not None and type(one) is type(other) and contrary(one, other, axes)
-
-
-def _opposed_ends(one: F.MoveEnd, other: F.MoveEnd, axes: Frame) -> bool:
-    if one.end != other.end or one.relation != other.relation:
+    """Whether two frames of a kind, about the same thing and the same part, ask for opposite things."""
+    if type(one) is not type(other) or one.part != other.part or _things(one).isdisjoint(_things(other)):
         return False
-    if one.relation == "to":
-        return not one.part and one.place != other.place
-    return not one.relation and _against(axes, one.offset, other.offset)
+    if isinstance(one, F.MoveEnd) and isinstance(other, F.MoveEnd) and one.place != other.place:
+        return one.relation == other.relation == "to"
+    against = {CONTRARY.get(wish) for wish in _wishes(other, axes)}
+    return not against.isdisjoint(_wishes(one, axes)) or any(
+        _no_room(q, other.quantities[slot]) for slot, q in one.quantities.items() if slot in other.quantities
+    )
 
 
-def _opposed_paces(one: F.Pace, other: F.Pace, axes: Frame) -> bool:
-    if one.amount is not None and other.amount is not None and _no_room(one.amount, other.amount):
-        return True
-    return {one.change, other.change} in ({"faster", "slower"}, {"rampup", "rampdown"})
+def _things(frame: F.SemanticFrame) -> set[F.Place]:
+    """The objects that a frame is about, or the end of the path, or what a height counts from."""
+    return {*getattr(frame, "objects", (getattr(frame, "end", getattr(frame, "of", "")),))}
 
 
-def _common(one: Any, other: Any) -> bool:
-    """Whether two frames are about the same object."""
-    return not {*one.objects}.isdisjoint(other.objects)
-
-
-def _opposed_sides(one: F.Side, other: F.Side, axes: Frame) -> bool:
-    side, facing = direction_word(axes, one.direction), direction_word(axes, other.direction)
-    return _common(one, other) and side == OPPOSITE[facing]
-
-
-_CONTRARY: dict[type[F.SemanticFrame], Callable[[Any, Any, Frame], bool]] = {
-    F.Shift: lambda one, other, axes: _against(axes, one.offset, other.offset),
-    F.MoveEnd: _opposed_ends,
-    F.Approach: lambda one, other, axes: one.sense != other.sense and _common(one, other),
-    F.Clearance: lambda one, other, axes: _common(one, other) and _no_room(one.distance, other.distance),
-    F.Height: lambda one, other, axes: one.of == other.of and _no_room(one.level, other.level),
-    F.Pace: _opposed_paces,
-    F.Side: _opposed_sides,
-    F.Curve: lambda one, other, axes: one.change != other.change,
-    F.Resize: lambda one, other, axes: {one.change, other.change} == {"larger", "smaller"},
-}
-"""When two frames of a kind, about the same part, ask for opposite things."""
-
-
-def _against(axes: Frame, ways: F.Offset, others: F.Offset) -> bool:
-    against = {OPPOSITE[_way(axes, word, q)] for word, q in others}
-    return any(_way(axes, word, q) in against for word, q in ways)
-
-
-def _way(axes: Frame, word: str, q: F.Quantity | None) -> str:
-    word = direction_word(axes, word)
-    return OPPOSITE[word] if q is not None and q.value < 0 else word
+def _wishes(frame: F.SemanticFrame, axes: Frame) -> set[str]:
+    """The change that a frame asks for, and the direction words of a shift or a side."""
+    found = {str(getattr(frame, slot, "")) for slot in ("change", "sense")}
+    if isinstance(frame, F.Side):
+        found.add(direction_word(axes, frame.direction))
+    for said, q in frame.offset if isinstance(frame, F.Shift | F.MoveEnd) else ():
+        word = direction_word(axes, said)
+        found.add(OPPOSITE[word] if q is not None and q.value < 0 else word)
+    return found
 
 
 def _no_room(one: F.Quantity, other: F.Quantity) -> bool:
@@ -242,17 +185,10 @@ def _kept_from(keep: F.Keep, frame: F.SemanticFrame, axes: Frame) -> bool:
     """Whether what is to stay is what a frame changes."""
     if keep.what == "part":
         return isinstance(frame, F.Shift | F.Pace) and keep.part == frame.part
-    if isinstance(frame, F.MoveEnd):
-        return keep.what in _KEPT_ENDS and (keep.what == frame.end or "ends" in (keep.what, frame.end))
-    if frame.part or (keep.part and keep.what not in _KEPT_ENDS):
+    if keep.what in _KEPT_ENDS:
+        return isinstance(frame, F.MoveEnd) and (keep.what == frame.end or "ends" in (keep.what, frame.end))
+    if frame.part or keep.part:
         return False
     if keep.what == "height":
-        return isinstance(frame, F.Shift) and any(_way(axes, w, q) in ("up", "down") for w, q in frame.offset)
-    return isinstance(frame, _CHANGES.get(keep.what, ()))
-
-
-_MOVING = (F.Shift, F.Approach, F.Reverse, F.Mirror, F.Rotate, F.Tilt, F.Resize)
-_CHANGES: dict[str, tuple[type[F.SemanticFrame], ...]] = {
-    **dict.fromkeys(_KEPT_ENDS, (F.Reverse,)), "path": _MOVING, "speed": (F.Pace,),
-}  # fmt: skip
-"""The frames that change, on the whole path, what is to stay."""
+        return isinstance(frame, F.Shift) and not {"up", "down"}.isdisjoint(_wishes(frame, axes))
+    return isinstance(frame, CHANGING.get(keep.what, ()))

@@ -294,7 +294,6 @@ def reply_for(
         plan=plan,
         code=source,
         assumptions=(*notes, *draft.assumptions),
-        contacts=tuple(draft.contacts),
         holds=tuple(draft.held) if len(draft.held) == len(frames) else (),
         writer=info,
         policy=Policy(source, "function", tuple(draft.parameters.values()), summary),
