@@ -73,7 +73,7 @@ def parse(text: str, objects: Collection[str] = ()) -> tuple[F.SemanticFrame, ..
     return tuple(_Words(objects).frame(said.split()) for said in text.split(";") if said.strip())
 
 
-def parse_edits(text: str, objects: Collection[str] = ()) -> tuple[E.AnyEdit | E.Edit, ...]:
+def parse_edits(text: str, objects: Collection[str] = ()) -> tuple[E.Edit, ...]:
     """The edits that a text in the notation says; frames among them are `Also`.
 
     Raises:
