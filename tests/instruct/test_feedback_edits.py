@@ -133,16 +133,12 @@ def test_which_of_two_frames_is_asked():
 @pytest.mark.parametrize(
     ("before", "edits", "wanted"),
     [
-        ("circle cup turns=2", "set turns=4x", "circle cup turns=4"),
-        ("wave waves=3", "set waves=5steps", "wave waves=5"),
-        ("pace at_most=0.3m/s", "set at_most=0.2m", "pace at_most=0.2m/s"),
         ("closer cup deg=slight", "set by=10cm", "closer cup by=10cm"),
         ("pace slower by=60%", "scale 2x", "pace set by=0.16x"),
         ("pace faster by=2x", "scale 0.5x", "pace faster by=1.5x"),
         ("circle cup turns=2", "scale more deg=slight", "circle cup turns=3"),
         ("move left=10cm up", "set up=4cm", "move left=10cm up=4cm"),
         ("move left=4in", "set by=6", "move left=6in"),
-        ("pace at_most=0.3m/s", "flip", "pace at_least=0.3m/s"),
         ("move left=5cm @first", "except @near=cup", "move left=5cm @first @!near=cup"),
         ("closer cup by=5cm", "also closer blue_box", "closer cup by=5cm; closer blue_box by=5cm"),
         ("smooth; move up=1cm", "drop smooth", "move up=1cm"),

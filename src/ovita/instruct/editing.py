@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any, Literal, TypeAlias
+from dataclasses import fields, replace
+from math import ceil, floor
+from typing import Any, TypeAlias
 
 from ovita.errors import InputError
 from ovita.instruct import frames as F
@@ -12,7 +13,7 @@ from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip,
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import Degree
 from ovita.instruct.notation import ROLES, quantity
-from ovita.paths.part import WHOLE, PathPart, both, outside
+from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
 from ovita.units import dimension
@@ -33,29 +34,7 @@ _PAIRS = (
 OPPOSITE: dict[str, str] = {**F.OPPOSITES, **dict(_PAIRS), **{b: a for a, b in _PAIRS}, "fewer": "more"}
 """Each direction, sense and change with its opposite."""
 
-_METRES, _FACTORS, _COUNTS = ("m", ""), ("%", "x", ""), ("turns", "")
-_SLOTS: dict[type[F.SemanticFrame], dict[str, tuple[str, ...]]] = {
-    F.MoveEnd: {"by": _METRES},
-    F.Approach: {"by": ("m", "%", "x", "step", "")},
-    F.Clearance: {"distance": ("m", "step", "")},
-    F.Visit: {"by": _METRES},
-    F.Pace: {"amount": ("%", "m/s", "x", "m/s2", "")},
-    F.Wait: {"duration": ("s", "")},
-    F.Extend: {"by": ("m", "s", "%", "waypoints", "")},
-    F.Resample: {"amount": ("waypoints", "", "%", "x")},
-    F.Figure: {"radius": _METRES, "size": _METRES, "turns": _COUNTS, "waves": _COUNTS, "rise": _METRES},
-    F.Hop: {"by": _METRES},
-    F.Hover: {"by": _METRES, "duration": ("s", "")},
-    F.Rotate: {"angle": ("deg", "")},
-    F.Tilt: {"angle": ("deg", "")},
-    F.Resize: {"by": _FACTORS},
-    F.Height: {"level": _METRES},
-    F.Trim: {"amount": ("waypoints", "%", "m", "s", "")},
-}
-"""The slots of each frame that hold a quantity, the one that says how much first, with the units that they take."""
-
 _FIRST: dict[str, str] = {"circle": "radius", "zigzag": "size", "wave": "size", "shake": "size"}
-_PLACES = ("place", "about", "of")
 
 
 def _offset(frame: F.SemanticFrame) -> F.Offset:
@@ -66,12 +45,9 @@ def _offset(frame: F.SemanticFrame) -> F.Offset:
 
 def slots(frame: F.SemanticFrame) -> dict[str, tuple[str, ...]]:
     """The slots of a frame that hold or may hold a quantity, with the units that they take; the main one first."""
-    known = dict(_SLOTS.get(type(frame), {}))
-    if offset := _offset(frame):
-        return {**{direction: ("m", "step", "") for direction, _ in offset}, **known}
-    if isinstance(frame, F.Figure) and (first := _main_of(frame)) in known:
-        return {first: known[first], **known}
-    return known
+    known = {slot.name: slot.metadata["units"] for slot in fields(frame) if slot.metadata}
+    first = {_main_of(frame): known["radius"]} if isinstance(frame, F.Figure) else {}
+    return {direction: ("m", "step", "") for direction, _ in _offset(frame)} | first | known
 
 
 def _main_of(figure: F.Figure) -> str:
@@ -88,9 +64,8 @@ def _with(frame: F.SemanticFrame, **changed: Any) -> F.SemanticFrame:
 def put(frame: F.SemanticFrame, slot: str, quantity: F.Quantity) -> F.SemanticFrame:
     """A frame with a quantity in a slot: a field, or a direction of its offset."""
     offset = _offset(frame)
-    if any(direction == slot for direction, _ in offset):
-        changed = tuple((d, quantity if d == slot else q) for d, q in offset)
-        return _with(frame, offset=changed)
+    if slot in dict(offset):
+        return _with(frame, offset=tuple((d, quantity if d == slot else q) for d, q in offset))
     return _with(frame, **{slot: quantity})
 
 
@@ -240,30 +215,19 @@ def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:
 def _times(frame: F.SemanticFrame, slot: str, k: float) -> F.SemanticFrame:
     """A frame with k times the effect of a slot: factors move away from 1, counts stay whole."""
     q = frame.quantities[slot]
-    if isinstance(frame, F.Pace) and q.unit in ("x", "%") and frame.factor is not None:
+    if isinstance(frame, F.Pace) and frame.factor is not None:
         if q.unit == "%" and q.role == "by" and (frame.change == "faster" or q.value * k <= 0.8):
             return put(frame, slot, _like(q, q.value * k))
         amount = F.Quantity(_rounded(further(frame.factor, k)), "x", "to")
         return replace(frame, change="set", amount=amount)
-    if _is_factor(frame, q):
+    if q.unit == "x" or (q.unit == "%" and isinstance(frame, F.Resize) and not frame.change):
         return put(frame, slot, _like(q, further(q.value, k)))
-    counts = isinstance(frame, F.Resample) or q.unit in ("turns", "waypoints") or slot in ("turns", "waves")
-    return put(frame, slot, _like(q, _whole(q.value, k) if counts else q.value * k))
+    counts = isinstance(frame, F.Resample) or q.unit == "waypoints" or slot in ("turns", "waves")
+    return put(frame, slot, _like(q, _whole(q.value * k, up=k > 1) if counts else q.value * k))
 
 
-def _whole(value: float, k: float) -> float:
-    """A count times k, at least 1, and another than before unless k is 1."""
-    whole = max(round(value * k), 1)
-    if whole == value and k != 1:
-        whole = max(round(value) + (1 if k > 1 else -1), 1)
-    return float(whole)
-
-
-def _is_factor(frame: F.SemanticFrame, q: F.Quantity) -> bool:
-    """Whether a quantity is a factor of which 1 changes nothing."""
-    if isinstance(frame, F.Resize | F.Resample):
-        return q.unit == "x" or (q.unit == "%" and not frame.change)
-    return isinstance(frame, F.Approach) and q.unit == "x" and q.value > 1
+def _whole(value: float, *, up: bool) -> int:
+    return max(ceil(value) if up else floor(value), 1)
 
 
 def further(factor: float, k: float) -> float:
@@ -303,36 +267,23 @@ def _rounded(value: float) -> float:
 def slot_for(frame: F.SemanticFrame, slot: str, unit: str) -> str:
     """The slot of a frame that an edit means: by its name, or for a role the first that takes the unit; or ""."""
     known = slots(frame)
-    if slot in known and unit in known[slot]:
-        return slot
     if slot in known or slot not in ROLES:
-        return ""
-    filled = [name for name in known if unit in known[name] and name in frame.quantities]
-    return next(iter([*filled, *(name for name in known if unit in known[name])]), "")
+        return slot if unit in known.get(slot, ()) else ""
+    taking = [name for name, units in known.items() if unit in units]
+    return next((name for name in taking if name in frame.quantities), taking[0] if taking else "")
 
 
 def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
-    if (i is None or not name) and edit.quantity.unit in _SHORT_FOR:
-        q = replace(edit.quantity, unit=_SHORT_FOR[edit.quantity.unit], said="")
-        return _set(replace(edit, quantity=q), frames, values)
     if i is None or not name:
         return frames
-    old = realised(frames[i], i, values).quantities.get(name)
-    q = edit.quantity
+    q, old = edit.quantity, realised(frames[i], i, values).quantities.get(name)
     if old is not None:
-        q = _in_place_of(old, edit)
-    elif not q.unit:
-        q = _assumed(q, slots(frames[i])[name][0])
-    stated = old is None or (edit.slot in ROLES and edit.slot != "by")
-    q = replace(q, role=edit.quantity.role if stated or old is None else old.role)
+        stated = edit.slot in ROLES and edit.slot != "by"
+        q = replace(_in_place_of(old, edit), role=q.role if stated else old.role)
     frame = put(_with(frames[i], degree=None), name, replace(q, unit="") if q.unit == "turns" else q)
     return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
-
-
-_SHORT_FOR = {"m": "m/s", "x": "turns", "step": "turns"}
-"""What a unit is short for: six inches of a speed are inches a second, "three times" around are turns."""
 
 
 def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:
@@ -347,20 +298,14 @@ def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:
     return replace(q, value=q.value * scale_of(old), unit=old.unit, said=said)
 
 
-def _assumed(q: F.Quantity, unit: str) -> F.Quantity:
-    """A bare number in the unit of the slot that it goes into: 30 is 30 %, 0.3 is 30 % as well."""
-    share = unit == "%" and q.value > 1
-    return replace(q, value=q.value / 100 if share else q.value, unit=unit, said="")
-
-
 def _as_pace(frame: F.Pace, q: F.Quantity, slot: str) -> F.Pace:
     """The change that fits a new amount of a speed."""
-    assert frame.amount is not None
     if slot in ("at_least", "at_most"):
         return replace(frame, change="cap" if slot == "at_most" else "floor")
-    if slot == "to" or (q.unit == "m/s" and frame.change in ("faster", "slower") and slot != "by"):
-        kept = frame.change in ("rampup", "rampdown", "constant")
-        return replace(frame, change=frame.change if kept else "set", amount=replace(frame.amount, role="to"))
+    if frame.change in ("faster", "slower") and q.unit == "m/s" and slot != "by":
+        slot = "to"
+    if slot == "to" and frame.change not in ("rampup", "rampdown", "constant"):
+        return replace(frame, change="set", amount=replace(q, role="to"))
     return frame
 
 
@@ -369,18 +314,6 @@ def _flip(frame: F.SemanticFrame) -> F.SemanticFrame:
     if offset := _offset(frame):
         return _with(frame, offset=tuple((OPPOSITE[d], q) for d, q in offset))
     match frame:
-        case F.Pace(change="set", amount=F.Quantity(unit="x" | "%", value=value) as q) if value > 0:
-            return replace(frame, amount=_inverse(q))
-        case F.Resize(change="", by=F.Quantity(value=value) as q) if value > 0:
-            return replace(frame, by=_inverse(q))
-        case F.Pace(change="cap", amount=F.Quantity() as q):
-            return replace(frame, change="floor", amount=replace(q, role="at_least"))
-        case F.Pace(change="floor", amount=F.Quantity() as q):
-            return replace(frame, change="cap", amount=replace(q, role="at_most"))
-        case F.Clearance(distance=q) if q.role in _BOUNDS:
-            return replace(frame, distance=replace(q, role=_BOUNDS[q.role]))
-        case F.Height(level=q) if q.role in _BOUNDS:
-            return replace(frame, level=replace(q, role=_BOUNDS[q.role]))
         case F.Figure(shape="circle" | "spiral", sense=None) | F.Rotate(sense=None):
             return replace(frame, sense="cw")
         case F.Resample(change="more"):
@@ -389,62 +322,39 @@ def _flip(frame: F.SemanticFrame) -> F.SemanticFrame:
     return _with(frame, **{slot: OPPOSITE[getattr(frame, slot)] for slot in flipped[:1]})
 
 
-_BOUNDS: dict[str, F.Role] = {"at_least": "at_most", "at_most": "at_least"}
-
-
-def _inverse(q: F.Quantity) -> F.Quantity:
-    return replace(q, value=_rounded(1 / q.value), unit="x", said="")
-
-
 def _replaced(edit: Replace, frames: Frames, values: Values) -> Frames:
-    if edit.direction is None and not edit.end:
-        return _changed(frames, edit.on, lambda f: f.named, lambda f: _about(f, edit.objects))
-
     def change(frame: F.SemanticFrame) -> F.SemanticFrame:
         if edit.direction is not None:
             return _turned(frame, edit.direction)
-        return _at_end(frame, "start" if edit.end == "start" else "goal")
+        return _at_end(frame, edit.end) if edit.end else _about(frame, edit.objects)
 
-    return _changed(frames, edit.on, lambda f: change(f) != f, change)
+    replaces_object = edit.direction is None and not edit.end
+    return _changed(frames, edit.on, lambda f: f.named if replaces_object else change(f) != f, change)
 
 
 def _turned(frame: F.SemanticFrame, direction: F.Direction) -> F.SemanticFrame:
     """A frame in another direction; of several, the one that is opposite to it, or the last."""
     if offset := _offset(frame):
-        old = OPPOSITE[direction] if any(d == OPPOSITE[direction] for d, _ in offset) else offset[-1][0]
-        turned = tuple((direction if d == old else d, q) for d, q in offset)
-        return _with(frame, offset=turned)
+        old = OPPOSITE[direction] if OPPOSITE[direction] in dict(offset) else offset[-1][0]
+        return _with(frame, offset=tuple((direction if d == old else d, q) for d, q in offset))
     if isinstance(frame, F.Side | F.Tilt):
         return replace(frame, direction=direction)
     if isinstance(frame, F.Visit) and direction in ("up", "down"):
         return replace(frame, relation="over" if direction == "up" else "under")
-    if isinstance(frame, F.Mirror):
-        axes: dict[str, F.Axis] = {"right": "left", "back": "front", "down": "up", "-x": "x", "-y": "y", "-z": "z"}
-        return _with(frame, axis=axes.get(direction, direction))
     return frame
 
 
-def _at_end(frame: F.SemanticFrame, end: Literal["start", "goal"]) -> F.SemanticFrame:
+def _at_end(frame: F.SemanticFrame, end: str) -> F.SemanticFrame:
+    """A frame about the other end of the path."""
     other = "goal" if end == "start" else "start"
-    match frame:
-        case F.MoveEnd(end=e) if e == other:
-            return replace(frame, end=end)
-        case F.Keep(what=what) if what == other:
-            return replace(frame, what=end)
-    if getattr(frame, "place", "") == other:
-        return _with(frame, place=end)
-    if frame.part.kind in ("first", "last") or frame.part.places == (other,):
-        turned = {"first": "last", "last": "first"}.get(frame.part.kind, frame.part.kind)
-        places = (end,) if frame.part.places else ()
-        return replace(frame, part=replace(frame.part, kind=turned, places=places))
-    return frame
+    return _with(frame, **{slot: end for slot in ("end", "what", "place") if getattr(frame, slot, "") == other})
 
 
 def _about(frame: F.SemanticFrame, objects: tuple[str, ...]) -> F.SemanticFrame:
     """A frame about other objects: those that it acts on, else the place, else the part of the path."""
     if getattr(frame, "objects", ()):
         return _with(frame, objects=objects)
-    for slot in _PLACES:
+    for slot in F.PLACES:
         place = getattr(frame, slot, "")
         if isinstance(place, str) and place not in ("", *F.SPOTS):
             return _with(frame, **{slot: objects[0]})
@@ -454,26 +364,25 @@ def _about(frame: F.SemanticFrame, objects: tuple[str, ...]) -> F.SemanticFrame:
 def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
     if part.kind == "near" and len(objects) > 1:
         return PathPart("either", parts=tuple(replace(part, places=(name,)) for name in objects))
-    if part.parts:
-        return replace(part, parts=tuple(_part_about(inner, objects) for inner in part.parts))
-    return replace(part, places=objects[: len(part.places)]) if part.places else part
+    parts = tuple(_part_about(inner, objects) for inner in part.parts)
+    return replace(part, parts=parts, places=objects[: len(part.places)])
 
 
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:
-    if edit.on in F.OPPOSITES:
-        without = [_without(frame, edit.on) for frame in frames]
-        return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
-    return tuple(f for f in frames if edit.on and not is_called(f, edit.on))
-
-
-def _outside(frame: F.SemanticFrame, part: PathPart) -> F.SemanticFrame:
-    rest = outside(part)
-    return replace(frame, part=both(frame.part, rest) if frame.part != WHOLE else rest)
+    if edit.on not in F.OPPOSITES:
+        return tuple(f for f in frames if edit.on and not is_called(f, edit.on))
+    without = (_without(frame, edit.on) for frame in frames)
+    return tuple(f for f in without if getattr(f, "offset", True) or getattr(f, "relation", ""))
 
 
 def _without(frame: F.SemanticFrame, direction: str) -> F.SemanticFrame:
     offset = _offset(frame)
     return _with(frame, offset=tuple(pair for pair in offset if pair[0] != direction)) if offset else frame
+
+
+def _outside(frame: F.SemanticFrame, part: PathPart) -> F.SemanticFrame:
+    rest = outside(part)
+    return replace(frame, part=both(frame.part, rest) if frame.part else rest)
 
 
 def _again(edit: Again, frames: Frames, values: Values) -> Frames:
@@ -492,10 +401,6 @@ def inherited(frame: F.SemanticFrame, kin: F.SemanticFrame) -> F.SemanticFrame:
     alike = all(getattr(frame, slot, None) == getattr(kin, slot, None) for slot in ("change", "sense", "relation"))
     if frame.quantities or frame.degree or not alike:
         return frame
-    if offset := _offset(frame):
-        amounts = list(kin.quantities.values())
-        one = amounts[0] if len(amounts) == 1 else None
-        return _with(frame, offset=tuple((d, one) for d, _ in offset), degree=kin.degree)
     return _with(frame, **{s: q for s, q in kin.quantities.items() if hasattr(frame, s)}, degree=kin.degree)
 
 

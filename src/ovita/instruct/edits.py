@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal
 
 from ovita.instruct.frames import Direction, Quantity, SemanticFrame
 from ovita.instruct.lexicon import Degree
@@ -107,6 +107,3 @@ class Command(Edit):
     NAME = "undo"
     command: Literal["undo", "redo", "restart", "accept", "explain"]
     steps: int = 1
-
-
-AnyEdit: TypeAlias = Rescale | Set | Flip | Replace | Restrict | Except | Drop | Again | Also | Command

@@ -8,7 +8,7 @@ Quantities are in SI units; directions are words of the scene's frame; objects g
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
 from ovita.instruct.lexicon import Degree
@@ -56,8 +56,20 @@ Place: TypeAlias = "str | Quantity | tuple[str, str]"
 """An object's name, "start", "goal" or "middle"; a waypoint (from 1) or a share of the path; the midpoint of two
 objects."""
 
+SPOTS = ("start", "goal", "middle")
+PLACES = ("place", "about", "of")
+"""Places that every path has, and the slots that hold a place."""
+
+MAIN = ("amount", "distance", "by", "level", "angle")
+"""Slots that say how much of what a frame asks for; of an end, which has two, `by` comes first."""
+
 Offset: TypeAlias = tuple[tuple[Direction, Quantity | None], ...]
 """Directions, each with its distance, or None where the sentence leaves it open."""
+
+
+def _in(*units: str) -> Mapping[str, tuple[str, ...]]:
+    """What a slot for a quantity is measured in, the unit of a number without one first."""
+    return {"units": units}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,10 +113,6 @@ class SemanticFrame:
         return tuple(dict.fromkeys(name for name in found if name not in ("", *SPOTS)))
 
 
-SPOTS = ("start", "goal", "middle")
-PLACES = ("place", "about", "of", "toward")
-
-
 def _of_part(part: PathPart) -> list[str]:
     inner = [name for inner in part.parts for name in _of_part(inner)]
     return [place for place in part.places if isinstance(place, str)] + inner
@@ -127,8 +135,8 @@ class MoveEnd(SemanticFrame):
     offset: Offset = ()
     relation: Literal["", "to", "toward", "away"] = ""
     place: Place = ""
-    by: Quantity | None = None
-    level: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
+    level: Quantity | None = field(default=None, metadata=_in("m", ""))
     aim: Aim = ""
 
 
@@ -139,7 +147,7 @@ class Approach(SemanticFrame):
     NAME = "closer"
     sense: Literal["closer", "farther"]
     objects: tuple[str, ...]
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", "%", "x", "step", ""))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +159,7 @@ class Clearance(SemanticFrame):
 
     NAME = "clearance"
     objects: tuple[str, ...]
-    distance: Quantity
+    distance: Quantity = field(metadata=_in("m", "step", ""))
     along: bool = False
 
 
@@ -162,7 +170,7 @@ class Visit(SemanticFrame):
     NAME = "via"
     objects: tuple[str, ...]
     relation: Literal["at", "between", "over", "under"] = "at"
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
     aim: Aim = ""
 
 
@@ -185,7 +193,7 @@ class Pace(SemanticFrame):
 
     NAME = "pace"
     change: Literal["faster", "slower", "set", "cap", "floor", "constant", "rampup", "rampdown", "turns", "accelerate"]
-    amount: Quantity | None = None
+    amount: Quantity | None = field(default=None, metadata=_in("m/s", "%", "x", "m/s2", ""))
 
     @property
     def factor(self) -> float | None:
@@ -214,7 +222,7 @@ class StopAt(SemanticFrame):
 
     NAME = "stop"
     place: Place = ""
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
     aim: Aim = ""
 
 
@@ -224,7 +232,7 @@ class Wait(SemanticFrame):
 
     NAME = "wait"
     place: Place = ""
-    duration: Quantity | None = None
+    duration: Quantity | None = field(default=None, metadata=_in("s", ""))
     aim: Aim = ""
 
 
@@ -233,7 +241,7 @@ class Extend(SemanticFrame):
     """Go on beyond the goal: by a length (back along the path if < 0), in a direction, or to a place."""
 
     NAME = "extend"
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", "s", "%", "waypoints", ""))
     offset: Offset = ()
     place: Place = ""
     aim: Aim = ""
@@ -252,7 +260,7 @@ class Resample(SemanticFrame):
 
     NAME = "waypoints"
     change: Literal["to", "by", "more", "fewer", "merge"]
-    amount: Quantity | None = None
+    amount: Quantity | None = field(default=None, metadata=_in("waypoints", "", "%", "x"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,11 +270,11 @@ class Figure(SemanticFrame):
     NAME = "circle"
     shape: Literal["circle", "spiral", "eight", "zigzag", "wave", "shake"]
     place: Place = ""
-    radius: Quantity | None = None
-    size: Quantity | None = None
-    turns: Quantity | None = None
-    waves: Quantity | None = None
-    rise: Quantity | None = None
+    radius: Quantity | None = field(default=None, metadata=_in("m", ""))
+    size: Quantity | None = field(default=None, metadata=_in("m", ""))
+    turns: Quantity | None = field(default=None, metadata=_in("turns", ""))
+    waves: Quantity | None = field(default=None, metadata=_in("turns", ""))
+    rise: Quantity | None = field(default=None, metadata=_in("m", ""))
     sense: Sense | None = None
 
 
@@ -276,7 +284,7 @@ class Hop(SemanticFrame):
 
     NAME = "hop"
     objects: tuple[str, ...]
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -285,8 +293,8 @@ class Hover(SemanticFrame):
 
     NAME = "hover"
     objects: tuple[str, ...]
-    by: Quantity | None = None
-    duration: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
+    duration: Quantity | None = field(default=None, metadata=_in("s", ""))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -303,9 +311,9 @@ class Rotate(SemanticFrame):
     """Turn the path about the vertical."""
 
     NAME = "rotate"
-    angle: Quantity | None = None
-    sense: Sense | None = None
+    angle: Quantity | None = field(default=None, metadata=_in("deg", ""))
     about: Place = ""
+    sense: Sense | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,7 +322,7 @@ class Tilt(SemanticFrame):
 
     NAME = "tilt"
     direction: Direction
-    angle: Quantity | None = None
+    angle: Quantity | None = field(default=None, metadata=_in("deg", ""))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -323,7 +331,7 @@ class Resize(SemanticFrame):
 
     NAME = "resize"
     change: Literal["", "larger", "smaller"] = ""
-    by: Quantity | None = None
+    by: Quantity | None = field(default=None, metadata=_in("%", "x", ""))
     about: Place = ""
 
 
@@ -347,7 +355,7 @@ class Height(SemanticFrame):
     """Come to a height above the ground or an object's centre, or stay above or below one (to, at_least, at_most)."""
 
     NAME = "height"
-    level: Quantity
+    level: Quantity = field(metadata=_in("m", ""))
     of: Place = ""
 
 
@@ -380,7 +388,7 @@ class Trim(SemanticFrame):
 
     NAME = "trim"
     cut: Literal["first", "last", "before", "after"]
-    amount: Quantity | None = None
+    amount: Quantity | None = field(default=None, metadata=_in("waypoints", "%", "m", "s", ""))
     place: Place = ""
 
 
@@ -419,12 +427,6 @@ class Reading:
     asked: tuple[str, ...] = ()
 
 
-THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
-"""What people write for a third."""
-
-_AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
-
-
 AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)
 """Frames that may aim at an object's top or surface, or beside it."""
 
@@ -434,97 +436,12 @@ def unaimed(frame: SemanticFrame) -> SemanticFrame:
     return replace(frame, aim="") if isinstance(frame, AIMED) else frame
 
 
-def canonical(frame: SemanticFrame) -> SemanticFrame:
-    """A frame in the one form that frames of the same meaning share, so that two readings can be compared.
-
-    Factors on the speed become "set"; circles and stops at the goal lose what they imply; halfway is the middle;
-    numbers are rounded to six digits; what of an object is aimed at, which the words alone decide, is left out.
-    """
-    frame = _plain(replace(unaimed(frame), part=canonical_part(frame.part)))
-    if isinstance(frame, Wait | StopAt | Figure) and isinstance(frame.place, Quantity):
-        halfway = (frame.place.value, frame.place.unit) == (0.5, "%")
-        frame = replace(frame, place="middle") if halfway else frame
-    if frame.quantities:
-        frame = replace(frame, degree=None)
-    return _rounded(frame)
-
-
-def _plain(frame: SemanticFrame) -> SemanticFrame:
-    """A frame without what it implies."""
-    match frame:
-        case Pace(factor=float() as factor):
-            return replace(frame, change="set", amount=Quantity(factor, "x", "to"))
-        case Pace(change="faster" | "slower" | "constant", amount=Quantity(role="to")):
-            return replace(frame, change="set")
-        case Resize(by=Quantity(unit="x" | "%") as by):
-            return replace(frame, change="", by=Quantity(_size_factor(by, frame.change), "x"))
-        case Trim(place="goal", cut="after") | StopAt(place=""):
-            return StopAt(place="goal", part=frame.part)
-        case Trim(cut="after", place=str() as place):
-            return StopAt(place=place, part=frame.part)
-        case Figure(shape="wave", waves=None, turns=Quantity() as turns):
-            return replace(frame, waves=turns, turns=None)
-        case Figure(shape="circle", turns=Quantity(value=1)):
-            return replace(frame, turns=None)
-        case Shift(offset=offset) | MoveEnd(offset=offset) | Extend(offset=offset) | Bound(offset=offset) if offset:
-            forward = [(_RISING.get(word, word), q) for word, q in _forward(offset)]
-            return replace(frame, offset=tuple(sorted(forward, key=lambda pair: pair[0])))
-    return _unordered(frame)
-
-
-def _size_factor(by: Quantity, change: str) -> float:
-    """How many times as large "20 % larger", "half the size" and "3 times smaller" make the path."""
-    grown = {"": by.value, "smaller": 1 - by.value}.get(change, 1 + by.value)
-    factor = grown if by.unit == "%" else by.value
-    return 1 / factor if change == "smaller" and factor > 1 else factor
-
-
-def _unordered(frame: SemanticFrame) -> SemanticFrame:
-    """A frame without what does not tell it apart: an order, the unit of a count, whether it holds all along."""
-    match frame:
-        case Approach(objects=objects):
-            return replace(frame, objects=tuple(sorted(objects)))
-        case Clearance(objects=objects):
-            return replace(frame, objects=tuple(sorted(objects)), along=False)
-        case Side():
-            return replace(frame, along=False)
-        case Mirror(axis=axis):
-            return replace(frame, axis=_AXES.get(axis, axis))
-        case Resample(amount=Quantity(unit="waypoints") as amount):
-            return replace(frame, amount=replace(amount, unit=""))
-    return frame
-
-
-def canonical_part(part: PathPart) -> PathPart:
-    """A part of the path in the one form that equal parts share."""
-    if part.kind == "range":
-        part = _plain_range(part)
-    elif part.kind == "between" and len(part.places) == 2:
-        part = replace(part, places=tuple(sorted(part.places, key=str)))
-    elif part.kind == "near" and part.places and part.places[0] in ("start", "goal") and part.amount is None:
-        part = PathPart("first" if part.places[0] == "start" else "last")
-    if part.parts:
-        part = replace(part, parts=tuple(sorted((canonical_part(p) for p in part.parts), key=repr)))
-    unit = "waypoints" if part.amount is None and part.until is None else part.unit
-    return replace(part, amount=_six(part.amount), until=_six(part.until), unit=unit)
-
-
-def _plain_range(part: PathPart) -> PathPart:
-    """A range as the first or last so much, where it begins or ends with the path."""
-    if part.until is None:
-        last = part.unit == "share" and part.amount is not None
-        return PathPart("last", amount=1 - (part.amount or 0.0), unit="share") if last else part
-    if part.amount:
-        return part
-    return PathPart("first", amount=part.until + (part.unit == "waypoints"), unit=part.unit)
-
-
-def same(one: tuple[SemanticFrame, ...], other: tuple[SemanticFrame, ...]) -> bool:
+def same(one: Sequence[SemanticFrame], other: Sequence[SemanticFrame]) -> bool:
     """Whether two lists of frames mean the same, in any order and however they are joined.
 
     "farther cup+box" is "farther cup; farther box", "move left up" is "move left; move up", "keep ends" is both ends.
     """
-    left, right = (sorted({repr(canonical(f)) for frame in frames for f in _split(frame)}) for frames in (one, other))
+    left, right = ({repr(canonical(f)) for frame in frames for f in _split(frame)} for frames in (one, other))
     return left == right
 
 
@@ -542,18 +459,73 @@ def _split(frame: SemanticFrame) -> list[SemanticFrame]:
     return split
 
 
-_RISING: dict[Direction, Direction] = {"z": "up", "-z": "down"}
+def canonical(frame: SemanticFrame) -> SemanticFrame:
+    """A frame in the one form that frames of the same meaning share, so that two readings can be compared.
+
+    Factors on the speed become "set"; circles and stops at the goal lose what they imply; halfway is the middle;
+    numbers are rounded to six digits; what of an object is aimed at, which the words alone decide, is left out.
+    """
+    frame = _plain(replace(unaimed(frame), part=canonical_part(frame.part)))
+    changed: dict[str, Any] = {}
+    for slot in fields(frame):
+        value: Any = getattr(frame, slot.name)
+        if isinstance(value, Quantity):
+            changed[slot.name] = _rounded(value, slot.metadata.get("units", ("",))[0])
+        elif slot.name == "offset":
+            changed["offset"] = tuple(_forward(direction, quantity) for direction, quantity in value)
+    return replace(frame, words=(), degree=None if frame.quantities else frame.degree, **changed)
 
 
-def _forward(offset: Offset) -> Offset:
-    """Offsets without signs: -5 cm along y is 5 cm along -y."""
-    found: list[tuple[Direction, Quantity | None]] = []
-    for direction, quantity in offset:
-        if quantity is not None and quantity.value < 0:
-            quantity = replace(quantity, value=-quantity.value)
-            direction = OPPOSITES[direction]
-        found.append((direction, quantity))
-    return tuple(found)
+def _plain(frame: SemanticFrame) -> SemanticFrame:
+    """A frame without what it implies."""
+    match frame:
+        case Pace(factor=float() as factor):
+            return replace(frame, change="set", amount=Quantity(factor, "x", "to"))
+        case Pace(change="faster" | "slower" | "constant", amount=Quantity(role="to")):
+            return replace(frame, change="set")
+        case Resize(by=Quantity(unit="x" | "%") as by):
+            return replace(frame, change="", by=Quantity(_size_factor(by, frame.change), "x"))
+        case Trim(cut="after", place=str() as place) | StopAt(place="" as place):
+            return StopAt(place=place or "goal", part=frame.part)
+        case Figure(shape="circle", turns=Quantity(value=1)):
+            return replace(frame, turns=None)
+        case Clearance() | Side():
+            return replace(frame, along=False)
+        case Wait(place=Quantity(value=0.5, unit="%")) | StopAt(place=Quantity(value=0.5, unit="%")):
+            return replace(frame, place="middle")
+        case Mirror(axis="x" | "y" | "z" as axis):
+            return replace(frame, axis=_AXES[axis])
+    return frame
+
+
+_AXES: dict[str, Axis] = {"x": "front", "y": "left", "z": "up"}
+
+
+def _size_factor(by: Quantity, change: str) -> float:
+    """How many times as large "20 % larger", "half the size" and "3 times smaller" make the path."""
+    grown = {"": by.value, "smaller": 1 - by.value}.get(change, 1 + by.value)
+    factor = grown if by.unit == "%" else by.value
+    return 1 / factor if change == "smaller" and factor > 1 else factor
+
+
+def canonical_part(part: PathPart) -> PathPart:
+    """A part of the path in the one form that equal parts share."""
+    match part:
+        case PathPart(kind="range", until=None, unit="share", amount=begin) if begin is not None:
+            part = PathPart("last", amount=1 - begin, unit="share")
+        case PathPart(kind="range", amount=None | 0, until=until, unit=unit) if until is not None:
+            part = PathPart("first", amount=until + (unit == "waypoints"), unit=unit)
+        case PathPart(kind="between"):
+            part = replace(part, places=tuple(sorted(part.places, key=str)))
+        case PathPart(kind="near", places=("start" | "goal" as end,), amount=None):
+            part = PathPart("first" if end == "start" else "last")
+    parts = tuple(sorted(map(canonical_part, part.parts), key=repr))
+    unit = "waypoints" if part.amount is None and part.until is None else part.unit
+    return replace(part, parts=parts, amount=_six(part.amount), until=_six(part.until), unit=unit)
+
+
+THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}
+"""What people write for a third."""
 
 
 def _six(value: float | None) -> float | None:
@@ -563,25 +535,20 @@ def _six(value: float | None) -> float | None:
     return THIRDS.get(round(value, 2), six) if value < 1 else six
 
 
-_IMPLIED = {("pace", "amount"): "m/s", ("rotate", "angle"): "deg", ("tilt", "angle"): "deg", ("wait", "duration"): "s"}
-_COUNTING, _COUNTS = ("waypoints", "resize"), ("turns", "waves", "place", "about")
-"""What a number without a unit counts in a slot; elsewhere it is metres."""
+def _rounded(quantity: Quantity, usual: str) -> Quantity:
+    return Quantity(_six(quantity.value) or 0.0, quantity.unit or usual, quantity.role)
 
 
-def _rounded(frame: SemanticFrame) -> SemanticFrame:
-    changed: dict[str, Any] = {"words": ()}
-    for slot in fields(frame):
-        value: Any = getattr(frame, slot.name)
-        if isinstance(value, Quantity):
-            unit = value.unit if slot.name in _COUNTS else value.unit or _implied_unit(frame.NAME, slot.name)
-            changed[slot.name] = Quantity(_six(value.value) or 0.0, unit, value.role)
-        elif slot.name == "offset":
-            changed["offset"] = tuple((way, q and Quantity(_six(q.value) or 0.0, q.unit or "m")) for way, q in value)
-    return replace(frame, **changed)
+_RISING: dict[str, Direction] = {"z": "up", "-z": "down"}
 
 
-def _implied_unit(name: str, slot: str) -> str:
-    return _IMPLIED.get((name, slot), "" if name in _COUNTING else "m")
+def _forward(direction: Direction, quantity: Quantity | None) -> tuple[Direction, Quantity | None]:
+    """A direction with its distance, without a sign: -5 cm along y is 5 cm along -y."""
+    direction = _RISING.get(direction, direction)
+    if quantity is None:
+        return direction, None
+    towards = OPPOSITES[direction] if quantity.value < 0 else direction
+    return towards, _rounded(Quantity(abs(quantity.value), quantity.unit), "m")
 
 
 def with_selection(frames: Sequence[SemanticFrame], selection: PathPart) -> tuple[SemanticFrame, ...]:
@@ -592,17 +559,29 @@ def with_selection(frames: Sequence[SemanticFrame], selection: PathPart) -> tupl
 def _selected(part: PathPart, selection: PathPart) -> PathPart:
     if part.kind == "indices" and not part.ranges:
         return selection
-    return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts)) if part.parts else part
+    return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts))
+
+
+CALLED = {Approach: "sense", Figure: "shape"}
+"""Frames that the notation calls by one of their slots."""
 
 
 def name_of(frame: SemanticFrame) -> str:
     """The notation's name of a frame, such as "farther" or "spiral"."""
-    return frame.sense if isinstance(frame, Approach) else frame.shape if isinstance(frame, Figure) else frame.NAME
+    name: str = getattr(frame, CALLED.get(type(frame), "NAME"))
+    return name
 
 
 def to_json(frames: Sequence[SemanticFrame]) -> list[dict[str, Any]]:
     """Frames as JSON documents, which `from_json` reads; slots that are left open are left out."""
-    return [{"frame": type(frame).__name__, **_slots_json(frame)} for frame in frames]
+    return [{"frame": type(frame).__name__, **_json(frame)} for frame in frames]
+
+
+def _json(value: Any) -> Any:
+    if isinstance(value, SemanticFrame | Quantity | PathPart):
+        said = {slot.name: (getattr(value, slot.name), slot.default) for slot in fields(value) if slot.name != "words"}
+        return {name: _json(slot) for name, (slot, default) in said.items() if slot != default}
+    return [_json(inner) for inner in value] if isinstance(value, tuple) else value
 
 
 def from_json(documents: Sequence[Mapping[str, Any]]) -> tuple[SemanticFrame, ...]:
@@ -622,29 +601,11 @@ def from_json(documents: Sequence[Mapping[str, Any]]) -> tuple[SemanticFrame, ..
         raise ValueError(f"this is no frame: {error}") from None
 
 
-def _slots_json(value: Any) -> dict[str, Any]:
-    found = {slot.name: getattr(value, slot.name) for slot in fields(value)}
-    plain = {slot.name for slot in fields(value) if slot.default is not MISSING and found[slot.name] == slot.default}
-    return {
-        name: _json(slot) for name, slot in found.items() if name not in plain and name not in ("words", "said")
-    } | ({"said": found["said"]} if found.get("said") else {})
-
-
-def _json(value: Any) -> Any:
-    if isinstance(value, Quantity | PathPart):
-        return _slots_json(value)
-    return [_json(inner) for inner in value] if isinstance(value, tuple) else value
-
-
 def _read(name: str, value: Any) -> Any:
     if name == "part":
-        return _read_part(value)
+        parts = tuple(_read("part", inner) for inner in value.get("parts", ()))
+        ranges = tuple((int(first), int(last)) for first, last in value.get("ranges", ()))
+        return PathPart(**{**value, "places": tuple(value.get("places", ())), "parts": parts, "ranges": ranges})
     if isinstance(value, Mapping):
         return Quantity(**{**value, "value": float(value["value"])})
     return tuple(_read("", inner) for inner in value) if isinstance(value, list) else value
-
-
-def _read_part(value: Mapping[str, Any]) -> PathPart:
-    slots = dict(value)
-    slots |= {"places": tuple(value.get("places", ())), "parts": tuple(map(_read_part, value.get("parts", ())))}
-    return PathPart(**slots | {"ranges": tuple((int(a), int(b)) for a, b in value.get("ranges", ()))})

@@ -7,40 +7,55 @@ trained on it. Numbers keep the person's unit; waypoints count from 1.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection
-from dataclasses import fields
-from typing import Any, get_args
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from ovita.errors import InputError
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.paths.part import WHOLE, PathPart, both, outside
+from ovita.paths.part import WHOLE, PathPart, Unit, both, outside
 from ovita.units import find
+
+
+def _choices(hint: Any) -> tuple[str, ...]:
+    """The words that a slot of a type chooses among, if it does."""
+    inner = get_args(hint)
+    if get_origin(hint) is Literal:
+        return inner
+    return tuple(word for kind in inner if get_origin(kind) is Literal for word in get_args(kind))
+
 
 DIRECTIONS: tuple[F.Direction, ...] = get_args(F.Direction)
 ROLES: tuple[F.Role, ...] = get_args(F.Role)
+COMMANDS: tuple[str, ...] = _choices(get_type_hints(E.Command)["command"])
+_HINTS = {kind: get_type_hints(kind) for kind in F.SemanticFrame.__subclasses__()}
 FRAMES: dict[str, type[F.SemanticFrame]] = {
-    "move": F.Shift, "end": F.MoveEnd, "closer": F.Approach, "farther": F.Approach, "clearance": F.Clearance,
-    "via": F.Visit, "side": F.Side, "pace": F.Pace, "keep": F.Keep, "stop": F.StopAt, "wait": F.Wait,
-    "extend": F.Extend, "smooth": F.Smooth, "waypoints": F.Resample, "circle": F.Figure, "spiral": F.Figure,
-    "eight": F.Figure, "zigzag": F.Figure, "wave": F.Figure, "shake": F.Figure, "hop": F.Hop, "hover": F.Hover,
-    "mirror": F.Mirror, "rotate": F.Rotate, "tilt": F.Tilt, "resize": F.Resize, "curve": F.Curve,
-    "straighten": F.Straighten, "height": F.Height, "bound": F.Bound, "reverse": F.Reverse, "return": F.Return,
-    "trim": F.Trim, "quadrant": F.Quadrant,
-}  # fmt: skip
+    name: kind
+    for kind, hints in _HINTS.items()
+    for name in (_choices(hints[F.CALLED[kind]]) if kind in F.CALLED else (kind.NAME,))
+}
 """Each name of the notation and the frame that it is."""
 
-EDITS = {
-    "scale": E.Rescale, "set": E.Set, "flip": E.Flip, "replace": E.Replace, "restrict": E.Restrict,
-    "except": E.Except, "drop": E.Drop, "again": E.Again, "also": E.Also,
-    **dict.fromkeys(("undo", "redo", "restart", "accept", "explain"), E.Command),
-}  # fmt: skip
+EDITS: dict[str, type[E.Edit]] = {
+    name: kind for kind in E.Edit.__subclasses__() for name in (COMMANDS if kind is E.Command else (kind.NAME,))
+}
 
-_NUMBER = re.compile(r"[~+]?(-?\d*\.?\d+)(?:-(\d*\.?\d+))?([A-Za-z%/°][\w/^°]*|%)?")
-_FIELD_OF = {"for": "duration"}
-_KEY_OF = {"duration": "for"}
+_SLOT_OF = {
+    kind: {word: slot for slot, hint in hints.items() if slot not in ("aim", "degree") for word in _choices(hint)}
+    for kind, hints in _HINTS.items()
+}
+"""The slot that each choice of a frame is one of: `pace slower` fills `change`."""
+
+_MEASURES = {kind: tuple(slot.name for slot in fields(kind) if slot.metadata) for kind in _HINTS}
 _AIMS: dict[str, F.Aim] = {"on": "top", "touch": "surface"}
 """Keys that say what of an object is meant; for other frames than these, objects have no such key."""
+
+_KEYS = {"duration": "for"}
+_UNSAID = ("cap", "floor", "to", "by", "merge", "part", "at")
+"""Choices that another key says or implies."""
+
+_NUMBER = re.compile(r"[~+]?(-?\d*\.?\d+)(?:-(\d*\.?\d+))?([A-Za-z%/°][\w/^°]*|%)?")
 
 
 def parse(text: str, objects: Collection[str] = ()) -> tuple[F.SemanticFrame, ...]:
@@ -55,21 +70,21 @@ def parse(text: str, objects: Collection[str] = ()) -> tuple[F.SemanticFrame, ..
     """
     if text.strip() in ("undo", "restart"):
         return ()
-    return tuple(_frame(said.split(), objects) for said in text.split(";") if said.strip())
+    return tuple(_Words(objects).frame(said.split()) for said in text.split(";") if said.strip())
 
 
-def parse_edits(text: str, objects: Collection[str] = ()) -> tuple[E.AnyEdit | E.Edit, ...]:
+def parse_edits(text: str, objects: Collection[str] = ()) -> tuple[E.Edit, ...]:
     """The edits that a text in the notation says; frames among them are `Also`.
 
     Raises:
         InputError: If an edit is not of the notation.
     """
-    return tuple(_edit(said.split(), objects) for said in text.split(";") if said.strip())
+    return tuple(_Words(objects).edit(said.split()) for said in text.split(";") if said.strip())
 
 
 def show(frames: Collection[F.SemanticFrame | E.Edit]) -> str:
     """Frames or edits in the notation, as `parse` and `parse_edits` read them."""
-    return "; ".join(_shown(f) if isinstance(f, F.SemanticFrame) else _edit_shown(f) for f in frames)
+    return "; ".join(_frame_shown(f) if isinstance(f, F.SemanticFrame) else _edit_shown(f) for f in frames)
 
 
 def quantity(said: str, role: F.Role = "by") -> F.Quantity:
@@ -91,436 +106,415 @@ def quantity(said: str, role: F.Role = "by") -> F.Quantity:
     return F.Quantity(value * (known.factor if known else 1.0), known.dimension if known else "", role, said)
 
 
-def _object(word: str, objects: Collection[str]) -> str:
-    spaced = word.replace("_", " ")
-    for name in objects:
-        if word == name or spaced == name or word == name.replace(" ", "_"):
-            return name
-    raise InputError(f"{word!r} is neither an object of the scene nor a word of the notation")
+def main_slot(kind: type[F.SemanticFrame]) -> str:
+    """The slot of a kind of frame that says how much of what it asks for; "" where it has none."""
+    return next((slot for slot in _MEASURES[kind] if slot in F.MAIN), "")
 
 
-def _place(word: str, objects: Collection[str]) -> F.Place:
-    if word in F.SPOTS:
-        return word
-    if "+" in word:
-        first, second = word.split("+", 1)
-        return _object(first, objects), _object(second, objects)
-    try:
-        return _object(word, objects)
-    except InputError:
-        if word[:1].isdigit() and _NUMBER.fullmatch(word):
-            return quantity(word, "at")
-        raise
+@dataclass(frozen=True)
+class Where:
+    """A part of the path as people tell it, with waypoints counted from 1.
+
+    Args:
+        kind: That of a `PathPart`, but for "rising" and "falling", the "selection", what begins "from" or goes "upto"
+            so much, and "near" several places.
+        places: What it is near, between, after or before.
+        amount: How much, how near, from where or every how many.
+        until: A range's end.
+        direction: Of what is beyond so much along it.
+    """
+
+    kind: str
+    places: tuple[Any, ...] = ()
+    amount: F.Quantity | None = None
+    until: F.Quantity | None = None
+    direction: str = ""
 
 
-def _objects(word: str, objects: Collection[str]) -> tuple[str, ...]:
-    return tuple(_object(name, objects) for name in word.split("+"))
+_UNITS: dict[str, Unit] = {"%": "share", "x": "share", "m": "m", "s": "s"}
 
 
-_READERS: dict[str, Callable[[str, Collection[str]], Any]] = {
-    "objects": _objects,
-    **dict.fromkeys(F.PLACES, _place),
-    "number": lambda word, _: int(word),
-}
-"""What reads the word of a slot that holds no quantity."""
-
-_AMOUNTS = ("amount", "distance", "by", "level", "angle")
-_MEASURES = (*_AMOUNTS, "duration", "radius", "size", "turns", "waves", "rise")
-
-_KEYS: dict[tuple[type[F.SemanticFrame], str], tuple[dict[str, Any], str]] = {
-    **{(kind, key): ({"aim": aim}, "place") for kind in F.AIMED for key, aim in _AIMS.items()},
-    **{(F.MoveEnd, key): ({"aim": aim, "relation": "to"}, "place") for key, aim in _AIMS.items()},
-    **{(F.Visit, key): ({"aim": aim}, "objects") for key, aim in _AIMS.items()},
-    **{(F.MoveEnd, key): ({"relation": key}, "place") for key in ("to", "toward", "away")},
-    **{(F.Visit, key): ({"relation": key}, "objects") for key in ("over", "under", "between")},
-    **{(F.Trim, key): ({"cut": key}, "amount") for key in ("first", "last")},
-    **{(F.Trim, key): ({"cut": key}, "place") for key in ("before", "after")},
-    (F.Resample, "merge"): ({"change": "merge"}, "amount"),
-    (F.Extend, "to"): ({}, "place"),
-    (F.Hop, "over"): ({}, "objects"),
-}
-"""Keys that a frame has of its own: the slots that they fill by themselves, and the one that their value goes into."""
+def where_of(part: PathPart) -> Where:
+    """A part of the path as people tell it."""
+    kind, places = part.kind, part.places or tuple(inner.places[0] for inner in part.parts if inner.places)
+    if len(places) == 1 and isinstance(places[0], dict):
+        places = tuple(places[0]["between"])
+    unit = "m" if kind in ("near", "beyond") else {"share": "%"}.get(part.unit, part.unit)
+    first = 1 if kind == "range" and unit == "waypoints" else 0
+    begin = part.amount or (0.0 if kind == "range" else None)
+    amount, until = (None if v is None else F.Quantity(v + first, unit) for v in (begin, part.until))
+    return Where(_kind(part), places, amount, until, part.direction)
 
 
-def _own(words: str, **renamed: str) -> dict[str, str]:
-    return {word: word for word in words.split()} | renamed
+def _kind(part: PathPart) -> str:
+    match part:
+        case PathPart(kind="either", parts=parts) if all(inner.kind == "near" for inner in parts):
+            return "near"
+        case PathPart(kind="heading", direction="up" | "down" as direction):
+            return "rising" if direction == "up" else "falling"
+        case PathPart(kind="range", until=None):
+            return "from"
+        case PathPart(kind="indices"):
+            return "selection"
+    return part.kind
 
 
-_MORE = ("change", _own("more fewer less larger smaller"))
-_CHOICES: dict[type[F.SemanticFrame], tuple[str, dict[str, str]]] = {
-    F.Pace: ("change", _own("faster slower set constant rampup rampdown turns accelerate")),
-    F.Resample: _MORE,
-    F.Curve: _MORE,
-    F.Resize: _MORE,
-    F.Keep: ("what", _own("start goal ends speed path height rest", shape="path")),
-    F.MoveEnd: ("end", _own("start goal ends")),
-    F.Mirror: ("axis", _own("left front up x y z", right="left", back="front", down="up")),
-}
-"""The slot of a frame that bare words fill, and what each of them says."""
+def part_told(where: Where) -> PathPart:
+    """The part of the path that is told so."""
+    kind, places, amount = where.kind, where.places, where.amount.value if where.amount else None
+    match kind:
+        case "near":
+            nearby = tuple(PathPart(kind, (place,), amount) for place in places)
+            return nearby[0] if len(nearby) == 1 else PathPart("either", parts=nearby)
+        case "between":
+            return PathPart(kind, places[:2])
+        case "after" | "before":
+            return PathPart(kind, ({"between": list(places)} if len(places) == 2 else places[0],))
+        case "rising" | "falling":
+            return PathPart("heading", direction="up" if kind == "rising" else "down")
+        case "heading":
+            return PathPart(kind, direction=where.direction)
+        case "beyond":
+            return PathPart(kind, amount=amount or 0.0, direction=where.direction)
+    return _stretch(where)
 
-_BARE: dict[str, str] = {"cw": "sense", "ccw": "sense", "along": "along"}
-_BARE |= {way: "direction" for way in DIRECTIONS}
-"""Bare words of several frames, and their slots."""
+
+def _stretch(where: Where) -> PathPart:
+    """A part that is told by how far along the path it begins and ends."""
+    q = where.amount or where.until
+    unit: Unit = "share" if where.kind in ("first", "last") else "waypoints"
+    unit = _UNITS.get(q.unit, "waypoints") if q else unit
+    first = 1 if unit == "waypoints" else 0
+    match where.kind:
+        case "range" | "from" | "upto":
+            begin = where.amount.value - first if where.amount else 0.0
+            until = where.until.value - first if where.until else None
+            return PathPart("range", amount=begin, until=until, unit=unit)
+        case "selection":
+            return PathPart("indices")
+        case "every":
+            return PathPart("every", amount=q.value if q else 2)
+    return PathPart(where.kind, amount=q.value if q else None, unit=unit)
 
 
-def _frame(words: list[str], objects: Collection[str]) -> F.SemanticFrame:
-    name, *rest = words
-    kind = FRAMES.get(name)
-    if kind is None:
-        raise InputError(f"{name!r} is no frame; known are {', '.join(FRAMES)}")
-    known = {slot.name for slot in fields(kind)}
-    slots: dict[str, Any] = {"sense": name} if kind is F.Approach else {"shape": name} if kind is F.Figure else {}
-    parts = [_part(word[1:], objects) for word in rest if word.startswith("@")]
-    if parts:
-        slots["part"] = both(*parts) if len(parts) > 1 else parts[0]
-    offset: list[tuple[Any, F.Quantity | None]] = []
-    for word in rest:
+@dataclass(frozen=True)
+class _Words:
+    """Reads words of the notation about a scene's objects."""
+
+    objects: Collection[str]
+
+    def frame(self, words: Sequence[str]) -> F.SemanticFrame:
+        name, *rest = words
+        kind = FRAMES.get(name)
+        if kind is None:
+            raise InputError(f"{name!r} is no frame; known are {', '.join(FRAMES)}")
+        slots: dict[str, Any] = {F.CALLED[kind]: name} if kind in F.CALLED else {}
+        slots |= {"offset": ()} if "offset" in _HINTS[kind] else {}
+        parts = [word for word in rest if word.startswith("@")]
+        slots |= {"part": self.parts(parts)} if parts else {}
+        for word in rest:
+            found = {} if word in parts else self.slots(kind, word)
+            slots |= found | ({"offset": slots["offset"] + found["offset"]} if "offset" in found else {})
+        try:
+            return kind(**_implied(kind, slots) | slots)
+        except TypeError:
+            raise InputError(f"{' '.join(words)!r} lacks something that {name!r} needs") from None
+
+    def slots(self, kind: type[F.SemanticFrame], word: str) -> dict[str, Any]:
+        """The slots of a frame that a word fills."""
         key, _, value = word.partition("=")
-        if key in DIRECTIONS and "offset" in known and (value or kind is not F.Bound):
-            offset.append((key, quantity(value) if value else None))
-        elif not word.startswith("@"):
-            slots |= _slot(name, kind, word, known, objects)
-    if "offset" in known:
-        slots["offset"] = tuple(offset)
-    try:
-        return kind(**_completed(kind, slots))
-    except TypeError:
-        raise InputError(f"{' '.join(words)!r} lacks something that {name!r} needs") from None
+        if key == "deg":
+            return {"degree": value}
+        found = self.keyed(kind, key, value) if value else self.bare(kind, word)
+        if not found:
+            raise InputError(f"{word!r} has no place in {kind.NAME!r}")
+        return found
+
+    def keyed(self, kind: type[F.SemanticFrame], key: str, value: str) -> dict[str, Any]:
+        """The slots that "key=value" fills; none where the frame has no place for it."""
+        known, choice = _HINTS[kind], _SLOT_OF[kind].get(key, "")
+        if key in DIRECTIONS and "offset" in known:
+            return {"offset": ((key, quantity(value)),)}
+        if choice and key in ("first", "last", "merge"):
+            return {choice: key, "amount": quantity(value)}
+        if choice in ("relation", "cut"):
+            return {choice: key} | self.about(known, value)
+        if key in _AIMS and "aim" in known:
+            return {"aim": _AIMS[key]} | ({"relation": "to"} if kind is F.MoveEnd else {}) | self.about(known, value)
+        if key in F.PLACES and key in known:
+            return {key: self.place(value)}
+        if (key in ("at", "of") and "place" in known) or (kind, key) in ((F.Extend, "to"), (F.Hop, "over")):
+            return self.about(known, value)
+        if key in ROLES:
+            return {main_slot(kind): quantity(value, key)} if main_slot(kind) else {}
+        slot = "duration" if key == "for" else key
+        return {slot: quantity(value)} if slot in _MEASURES[kind] else {}
+
+    def bare(self, kind: type[F.SemanticFrame], word: str) -> dict[str, Any]:
+        """The slot that a word without a key fills: a choice, a number, or objects."""
+        known = _HINTS[kind]
+        word = "path" if (kind, word) == (F.Keep, "shape") else word
+        if word in DIRECTIONS and "offset" in known and kind is not F.Bound:
+            return {"offset": ((word, None),)}
+        if word in _SLOT_OF[kind]:
+            return {_SLOT_OF[kind][word]: word}
+        if word == "along" and word in known:
+            return {word: True}
+        if "angle" in known and _NUMBER.fullmatch(word):
+            return {"angle": quantity(word)}
+        if "number" in known:
+            return {"number": int(word)} if word.isdigit() else {}
+        return self.about(known, word)
+
+    def about(self, known: Collection[str], word: str) -> dict[str, Any]:
+        """The objects or the place of a frame."""
+        if "objects" in known:
+            return {"objects": self.named(word)}
+        return {"place": self.place(word)} if "place" in known else {}
+
+    def parts(self, words: Sequence[str]) -> PathPart:
+        parts = [self.part(word.lstrip("@")) for word in words]
+        return both(*parts) if len(parts) > 1 else parts[0]
+
+    def part(self, word: str) -> PathPart:
+        """A part of the path; `word` is without its "@"."""
+        if word.startswith("!"):
+            return outside(self.part(word[1:]))
+        key, _, value = word.partition("=")
+        return part_told(self.where(key, value))
+
+    def where(self, key: str, value: str) -> Where:
+        """A part of the path by its key."""
+        if key in ("near", "between"):
+            places, _, within = value.partition(",")
+            return Where(key, tuple(map(self.spot, places.split("+"))), _if_said(within))
+        if key not in ("after", "before"):
+            return _where(key, value)
+        place = self.place(value)
+        if isinstance(place, F.Quantity):
+            return Where("from", amount=place) if key == "after" else Where("upto", until=place)
+        return Where(key, place if isinstance(place, tuple) else (place,))
+
+    def object(self, word: str) -> str:
+        for name in self.objects:
+            if word.replace("_", " ") == name.replace("_", " "):
+                return name
+        raise InputError(f"{word!r} is neither an object of the scene nor a word of the notation")
+
+    def named(self, word: str) -> tuple[str, ...]:
+        return tuple(map(self.object, word.split("+")))
+
+    def place(self, word: str) -> F.Place:
+        if "+" in word:
+            first, second = word.split("+", 1)
+            return self.object(first), self.object(second)
+        try:
+            return self.spot(word)
+        except InputError:
+            if word[:1].isdigit() and _NUMBER.fullmatch(word):
+                return quantity(word, "at")
+            raise
+
+    def spot(self, word: str) -> str:
+        return word if word in F.SPOTS else self.object(word)
+
+    def edit(self, words: Sequence[str]) -> E.Edit:
+        name, *rest = words
+        on = next((word[3:] for word in rest if word.startswith("on=")), "")
+        rest = [word for word in rest if not word.startswith("on=")]
+        kind: Any = EDITS.get(name)
+        match name, rest:
+            case "scale", _:
+                return _rescale(rest, on)
+            case "drop", [what]:
+                return E.Drop(on=what)
+            case "drop" | "flip" | "again", _:
+                return EDITS[name](on=on)
+            case "also", [_, *_]:
+                return E.Also(on=on, frame=self.frame(rest))
+            case "set", [change]:
+                return _set(change, on)
+            case "replace", [change]:
+                return self.replaced(change, on)
+            case (("restrict" | "except"), [_, *_]):
+                edit: E.Restrict | E.Except = kind(on=on, part=self.parts(rest))
+                return edit
+        if name in FRAMES:
+            return E.Also(frame=self.frame(words))
+        if kind is not E.Command:
+            raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
+        return _command(name, rest)
+
+    def replaced(self, word: str, on: str) -> E.Replace:
+        key, _, value = word.partition("=")
+        if key in DIRECTIONS:
+            return E.Replace(on=on, direction=key)
+        if key in ("start", "goal"):
+            return E.Replace(on=on, end="start" if key == "start" else "goal")
+        return E.Replace(on=on, objects=self.named(value or key))
 
 
-def _slot(
-    name: str, kind: type[F.SemanticFrame], word: str, known: Collection[str], objects: Collection[str]
-) -> dict[str, Any]:
-    """The slots that a word fills."""
-    key, _, value = word.partition("=")
-    if key == "deg":
-        return {"degree": value}
-    found = _slots(kind, key, value, known, objects) if value else _flag(kind, word, known, objects)
-    if not found:
-        raise InputError(f"{word!r} has no place in {name!r}")
-    return found
-
-
-def _completed(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> dict[str, Any]:
-    """Slots with what the notation leaves to the rest of the frame."""
-    role = slots["amount"].role if "amount" in slots else None
+def _implied(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> dict[str, Any]:
+    """What the notation leaves to the rest of a frame."""
+    if kind is F.Keep:
+        return {"what": "part"}
+    role = slots["amount"].role if "amount" in slots else ""
     if kind is F.Pace and role:
-        return {"change": {"at_most": "cap", "at_least": "floor"}.get(role, "set")} | slots
-    if kind is F.Resample and role:
-        return {"change": role} | slots
-    return {"what": "part"} | slots if kind is F.Keep else slots
+        return {"change": {"at_most": "cap", "at_least": "floor"}.get(role, "set")}
+    return {"change": role} if kind is F.Resample and role else {}
 
 
-def _slots(
-    kind: type[F.SemanticFrame], key: str, value: str, known: Collection[str], objects: Collection[str]
-) -> dict[str, Any]:
-    """The slots that "key=value" fills; none where the frame has no place for it."""
-    fixed, slot = _KEYS.get((kind, key), ({}, ""))
-    if not slot and key in ("at", "of", "about"):
-        slot = next((s for s in (["place", key] if key != "about" else [key]) if s in known and s in _READERS), "")
-    if slot in _READERS:
-        return fixed | {slot: _READERS[slot](value, objects)}
-    if not slot and key in ROLES:
-        target = next((s for s in _AMOUNTS if s in known), "")
-        return {target: quantity(value, key)} if target else {}
-    slot = slot or _FIELD_OF.get(key, key)
-    return fixed | {slot: quantity(value)} if slot in _MEASURES and slot in known else {}
+def _where(key: str, value: str) -> Where:
+    """A part of the path that no objects tell, by its key."""
+    match key:
+        case "start" | "goal":
+            return Where("near", (key,), _if_said(value))
+        case "range":
+            low, _, high = value.partition("-")
+            unit = value.lstrip("0123456789.-")
+            return Where(key, (), quantity(low.removesuffix(unit) + unit), quantity(high or low))
+        case "beyond":
+            direction, _, amount = value.partition(",")
+            return Where(key, (), _from_ground(direction, _if_said(amount)), direction=direction)
+        case "heading":
+            return Where(key, direction=value)
+        case "first" | "last" | "middle" | "turns" | "every" | "rising" | "falling" | "selection":
+            return Where(key, amount=_if_said(value))
+    raise InputError(f"'@{key}' is no part of a path")
 
 
-def _flag(kind: type[F.SemanticFrame], word: str, known: Collection[str], objects: Collection[str]) -> dict[str, Any]:
-    """The slot that a bare word fills: a choice, a sense, a direction, a number or objects."""
-    slot, choices = _CHOICES.get(kind, ("", {}))
-    if word in choices:
-        return {slot: choices[word]}
-    if _BARE.get(word) in known:
-        return {_BARE[word]: word == "along" or word}
-    if "angle" in known and _NUMBER.fullmatch(word):
-        return {"angle": quantity(word)}
-    slot = next((s for s in ("number", "objects", "place") if s in known), "")
-    return {slot: _READERS[slot](word, objects)} if slot and (slot != "number" or word.isdigit()) else {}
+def _if_said(amount: str) -> F.Quantity | None:
+    return quantity(amount) if amount else None
 
 
-def _part(word: str, objects: Collection[str]) -> PathPart:
-    """A part of the path; `word` is without its "@"."""
-    if word.startswith("!"):
-        return outside(_part(word[1:], objects))
-    key, _, value = word.partition("=")
-    if key not in _PARTS:
-        raise InputError(f"'@{word}' is no part of a path")
-    return _PARTS[key](key, value, objects)
+def _from_ground(direction: str, q: F.Quantity | None) -> F.Quantity:
+    """What lies beyond so much: "below 30 cm" counts from the ground up, against its direction."""
+    value = q.value if q else 0.0
+    return F.Quantity(-value + 0.0 if direction == "down" else value, "m")
 
 
-_UNIT: dict[str, Any] = {"%": "share", "x": "share", "m": "m", "s": "s", "waypoints": "waypoints", "": "waypoints"}
+def _command(name: Any, rest: Sequence[str]) -> E.Command:
+    return E.Command(command=name, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
 
 
-def _near(key: str, value: str, objects: Collection[str]) -> PathPart:
-    names, _, radius = value.partition(",")
-    within = quantity(radius).value if radius else None
-    parts = tuple(PathPart("near", (_spot(name, objects),), within) for name in names.split("+"))
-    return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
-
-
-def _stretch(key: str, value: str, objects: Collection[str]) -> PathPart:
-    if not value:
-        return PathPart(key, unit="share") if key in ("first", "last") else PathPart(key)
-    q = quantity(value)
-    return PathPart(key, amount=q.value, unit=_UNIT.get(q.unit, "waypoints"))
-
-
-def _between(key: str, value: str, objects: Collection[str]) -> PathPart:
-    a, b = (_spot(name, objects) for name in value.split("+"))
-    return PathPart("between", (a, b))
-
-
-def _range(key: str, value: str, objects: Collection[str]) -> PathPart:
-    low, _, high = re.sub(r"[A-Za-z%]+", "", value).partition("-")
-    unit = _UNIT.get(quantity(value.split("-")[-1]).unit if not value[-1].isdigit() else "", "waypoints")
-    if unit == "waypoints":
-        return PathPart("range", amount=float(low) - 1, until=float(high or low) - 1, unit=unit)
-    factor = quantity("1" + re.sub(r"[\d.\-]+", "", value)).value
-    return PathPart("range", amount=float(low) * factor, until=float(high) * factor if high else None, unit=unit)
-
-
-def _beyond(key: str, value: str, objects: Collection[str]) -> PathPart:
-    direction, _, by = value.partition(",")
-    amount = quantity(by).value if by else 0.0
-    # "Below 30 cm" counts from the ground up, against its direction.
-    return PathPart("beyond", amount=-amount if direction == "down" else amount, direction=direction)
-
-
-def _along(key: str, value: str, objects: Collection[str]) -> PathPart:
-    """What lies after or before an object, or a waypoint, share, length or time of the path."""
-    place = _place(value, objects)
-    if isinstance(place, str):
-        return PathPart(key, (place,))
-    if isinstance(place, tuple):
-        return PathPart(key, ({"between": list(place)},))
-    unit = _UNIT.get(place.unit, "waypoints")
-    at = place.value - (1 if unit == "waypoints" else 0)
-    return (
-        PathPart("range", amount=at, unit=unit)
-        if key == "after"
-        else PathPart("range", amount=0.0, until=at, unit=unit)
-    )
-
-
-_PARTS: dict[str, Callable[[str, str, Collection[str]], PathPart]] = {
-    "near": _near, **dict.fromkeys(("first", "last", "middle", "turns"), _stretch), "between": _between,
-    "after": _along, "before": _along, "range": _range, "beyond": _beyond,
-    "rising": lambda *_: PathPart("heading", direction="up"),
-    "falling": lambda *_: PathPart("heading", direction="down"),
-    "heading": lambda _, value, __: PathPart("heading", direction=value),
-    **dict.fromkeys(
-        ("start", "goal"), lambda key, value, _: PathPart("near", (key,), quantity(value).value if value else None)
-    ),
-    "every": lambda _, value, __: PathPart("every", amount=quantity(value).value),
-    "selection": lambda *_: PathPart("indices"),
-}  # fmt: skip
-
-
-def _spot(word: str, objects: Collection[str]) -> str:
-    place = _place(word, objects)
-    if not isinstance(place, str):
-        raise InputError(f"{word!r} is no single place")
-    return place
-
-
-def _edit(words: list[str], objects: Collection[str]) -> E.Edit:
-    name, *rest = words
-    if name in FRAMES:
-        return E.Also(frame=_frame(words, objects))
-    on = next((word[3:] for word in rest if word.startswith("on=")), "")
-    rest = [word for word in rest if not word.startswith("on=")]
-    if name in _WITHOUT_MORE:
-        return _WITHOUT_MORE[name](rest, on)
-    if name in ("undo", "redo", "restart", "accept", "explain"):
-        command: Any = name
-        return E.Command(command=command, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
-    if name not in _WITH_MORE or not rest:
-        raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
-    return _WITH_MORE[name](rest, on, objects)
-
-
-def _parts(words: list[str], objects: Collection[str]) -> PathPart:
-    parts = [_part(word.lstrip("@"), objects) for word in words]
-    return both(*parts) if len(parts) > 1 else parts[0]
-
-
-_WITHOUT_MORE: dict[str, Callable[[list[str], str], E.Edit]] = {
-    "scale": lambda rest, on: _rescale(rest, on),
-    "drop": lambda rest, on: E.Drop(on=on or (rest[0] if rest else "")),
-    "flip": lambda rest, on: E.Flip(on=on),
-    "again": lambda rest, on: E.Again(on=on),
-}
-_WITH_MORE: dict[str, Callable[[list[str], str, Collection[str]], E.Edit]] = {
-    "also": lambda rest, on, objects: E.Also(on=on, frame=_frame(rest, objects)),
-    "set": lambda rest, on, objects: _set(rest[0], on, objects),
-    "replace": lambda rest, on, objects: _replace(rest[0], on, objects),
-    "restrict": lambda rest, on, objects: E.Restrict(on=on, part=_parts(rest, objects)),
-    "except": lambda rest, on, objects: E.Except(on=on, part=_parts(rest, objects)),
-}
-"""Edits that stand alone, and those that say what or where."""
-
-
-def _rescale(words: list[str], on: str) -> E.Rescale:
+def _rescale(words: Sequence[str], on: str) -> E.Rescale:
     degree: Any = next((word[4:] for word in words if word.startswith("deg=")), None)
     change: Any = next((word for word in words if word in ("more", "less")), "")
     number = next((quantity(word) for word in words if word[:1].isdigit() or word[:1] == "."), None)
     return E.Rescale(on=on, change=change, factor=number.value if number else None, degree=degree)
 
 
-def _set(word: str, on: str, objects: Collection[str]) -> E.Set:
+def _set(word: str, on: str) -> E.Set:
     key, _, value = word.partition("=")
     q = quantity(value.lstrip("+-"), key if key in ROLES else "by")
     step: Any = {"+": 1, "-": -1}.get(value[:1], 0)
-    return E.Set(on=on, slot=_FIELD_OF.get(key, key), quantity=q, step=step)
+    return E.Set(on=on, slot="duration" if key == "for" else key, quantity=q, step=step)
 
 
-def _replace(word: str, on: str, objects: Collection[str]) -> E.Replace:
-    key, _, value = word.partition("=")
-    if key in DIRECTIONS:
-        return E.Replace(on=on, direction=key)
-    if key in ("start", "goal"):
-        return E.Replace(on=on, end="start" if key == "start" else "goal")
-    return E.Replace(on=on, objects=_objects(value or key, objects))
-
-
-def _word(name: str) -> str:
-    return name.replace(" ", "_")
+def _joined(names: Sequence[Any]) -> str:
+    return "+".join(name.replace(" ", "_") for name in names)
 
 
 def _number(q: F.Quantity) -> str:
     if q.said:
         return q.said.replace(" ", "")
-    scale, unit = {"%": (100, "%"), "waypoints": (1, "wp"), "turns": (1, "turns"), "m/s2": (1, "m/s^2")}.get(
-        q.unit, (1, q.unit.replace("step", "steps"))
-    )
-    return f"{q.value * scale:.6g}{unit}"
+    unit = {"waypoints": "wp", "m/s2": "m/s^2", "step": "steps"}.get(q.unit, q.unit)
+    return f"{q.value * (100 if unit == '%' else 1):.6g}{unit}"
 
 
-def _put(place: F.Place) -> str:
+def _place_shown(place: F.Place) -> str:
     if isinstance(place, F.Quantity):
         return _number(place)
-    return "+".join(map(_word, place)) if isinstance(place, tuple) else _word(place)
+    return _joined(place if isinstance(place, tuple) else (place,))
 
 
-def _shown(frame: F.SemanticFrame) -> str:
-    said = [F.name_of(frame)]
-    for slot in fields(frame):
-        value: Any = getattr(frame, slot.name)
-        if slot.name in _SHOWN and value not in ("", None, (), False):
-            said.append(_SHOWN[slot.name](frame, value))
-        elif isinstance(value, F.Quantity):
-            said.append(_slot_shown(frame, slot.name, value))
-    sense = getattr(frame, "sense", None)
-    said += [str(sense)] if sense in ("cw", "ccw") else []
-    said += [f"deg={frame.degree}"] if frame.degree else []
-    said += _parts_shown(frame.part)
+def _frame_shown(frame: F.SemanticFrame) -> str:
+    own = [_slot_shown(frame, slot.name) for slot in fields(frame)]
+    said = [F.name_of(frame), *own, f"deg={frame.degree}" if frame.degree else "", *_parts_shown(frame.part)]
     return " ".join(word for word in said if word)
 
 
-def _key_shown(frame: F.SemanticFrame, *slots: str) -> str:
-    """The key of a frame's objects or place: what of an object is meant, else the first slot that is filled."""
+def _slot_shown(frame: F.SemanticFrame, slot: str) -> str:
+    """A slot of a frame in words of the notation; "" where it is open, or where the name or another slot says it."""
+    value: Any = getattr(frame, slot)
+    if isinstance(value, F.Quantity) and slot not in F.PLACES:
+        return _amount_shown(frame, slot, value)
+    match slot:
+        case "offset":
+            return " ".join(way + (f"={_number(q)}" if q else "") for way, q in value)
+        case "objects" | "place" if value:
+            key = _key_shown(frame)
+            return (f"{key}=" if key else "") + _place_shown(value)
+        case "about" | "of" if value:
+            return f"{slot}={_place_shown(value)}"
+        case "along" if value:
+            return slot
+        case "change" | "end" | "what" | "axis" | "direction" | "number" | "sense" if value:
+            return "" if value in (*_UNSAID, F.name_of(frame)) else str(value)
+    return ""
+
+
+def _key_shown(frame: F.SemanticFrame) -> str:
+    """The key of a frame's objects or place: what of an object is meant, else the choice that it belongs to."""
     aim = next((key for key, value in _AIMS.items() if value == getattr(frame, "aim", "")), "")
-    return aim or next((value for slot in slots if (value := getattr(frame, slot, "")) not in ("", "at")), "")
+    key: str = aim or getattr(frame, "relation", "") or getattr(frame, "cut", "")
+    if key:
+        return "" if key == "at" else key
+    usual = "" if hasattr(frame, "objects") or F.name_of(frame) == "circle" else "at"
+    return "to" if isinstance(frame, F.Extend) else usual
 
 
-def _objects_shown(frame: F.SemanticFrame, names: tuple[str, ...]) -> str:
-    key = _key_shown(frame, "relation")
-    return (f"{key}=" if key else "") + "+".join(map(_word, names))
-
-
-def _place_shown(frame: F.SemanticFrame, place: F.Place) -> str:
-    usual = "to" if isinstance(frame, F.Extend) else "" if F.name_of(frame) == "circle" else "at"
-    key = _key_shown(frame, "relation", "cut") or usual
-    return (f"{key}=" if key else "") + _put(place)
-
-
-_SHOWN: dict[str, Callable[[F.SemanticFrame, Any], str]] = {
-    "offset": lambda _, offset: " ".join(way + (f"={_number(q)}" if q else "") for way, q in offset),
-    "objects": _objects_shown,
-    "place": _place_shown,
-    "along": lambda _, __: "along",
-    "about": lambda _, place: f"about={_put(place)}",
-    "of": lambda _, place: f"of={_put(place)}",
-    **dict.fromkeys(
-        ("change", "end", "what", "axis", "direction", "number"),
-        lambda _, word: "" if word in ("cap", "floor", "to", "by", "merge", "part") else str(word),
-    ),
-}
-"""How each slot is shown that holds no quantity; one that a frame's name or another key says is not."""
-
-
-def _slot_shown(frame: F.SemanticFrame, slot: str, q: F.Quantity) -> str:
+def _amount_shown(frame: F.SemanticFrame, slot: str, q: F.Quantity) -> str:
     if slot == "angle":
         return _number(q)
-    own = {"level": "level" if isinstance(frame, F.MoveEnd) else "", "amount": getattr(frame, "cut", "")}.get(slot)
-    merging = slot == "amount" and getattr(frame, "change", "") == "merge"
-    key = "merge" if merging else own or (q.role if slot in _AMOUNTS else _KEY_OF.get(slot, slot))
-    return f"{key}={_number(q)}"
+    if slot != main_slot(type(frame)):
+        return f"{_KEYS.get(slot, slot)}={_number(q)}"
+    merge = "merge" if getattr(frame, "change", "") == "merge" else ""
+    return f"{getattr(frame, 'cut', '') or merge or q.role}={_number(q)}"
 
 
-def _parts_shown(part: PathPart) -> list[str]:
-    if part == WHOLE:
-        return []
+def _parts_shown(part: PathPart) -> Iterator[str]:
     if part.kind == "both":
-        return [word for inner in part.parts for word in _parts_shown(inner)]
-    if part.kind == "outside":
-        return ["@!" + word[1:] for word in _parts_shown(part.parts[0])]
-    if part.kind == "either" and all(inner.kind == "near" for inner in part.parts):
-        return ["@near=" + "+".join(_word(str(inner.places[0])) for inner in part.parts)]
-    return [f"@{_part_shown(part)}"]
+        for inner in part.parts:
+            yield from _parts_shown(inner)
+    elif part.kind == "outside":
+        yield from ("@!" + word[1:] for word in _parts_shown(part.parts[0]))
+    elif part != WHOLE:
+        yield f"@{_where_shown(where_of(part))}"
 
 
-def _part_shown(part: PathPart) -> str:
-    places = "+".join(_word(p) if isinstance(p, str) else "+".join(map(_word, p["between"])) for p in part.places)
-    match part.kind:
-        case "near":
-            return f"near={places}" + ("" if part.amount is None else f",{part.amount:.6g}m")
-        case "first" | "last" | "middle" | "turns" | "range":
-            return _stretch_shown(part)
-        case "heading":
-            return {"up": "rising", "down": "falling"}.get(part.direction, f"heading={part.direction}")
-        case "beyond":
-            amount = (part.amount or 0.0) * (-1 if part.direction == "down" else 1)
-            return f"beyond={part.direction},{amount + 0.0:.6g}m"
+def _where_shown(where: Where) -> str:
+    much = _number(where.amount) if where.amount else ""
+    match where.kind:
+        case "from":
+            return f"after={much}"
+        case "range" if where.until:
+            return f"range={much.rstrip('wpms%')}-{_number(where.until).removesuffix('wp')}"
         case "every":
-            return f"every={part.amount or 1:g}"
-        case "indices":
-            return "selection"
-    return f"{part.kind}={places}"
-
-
-def _stretch_shown(part: PathPart) -> str:
-    """A part that is told by how far along the path it begins and ends; waypoints count from 1."""
-    unit = {"share": "%", "m": "m", "s": "s", "waypoints": "wp"}[part.unit]
-    scale, first = 100 if part.unit == "share" else 1, 1 if part.unit == "waypoints" else 0
-    if part.kind != "range":
-        return part.kind + ("" if part.amount is None else f"={part.amount * scale:.6g}{unit}")
-    low = (part.amount or 0.0) * scale + first
-    if part.until is None:
-        return f"after={low:.6g}{unit}"
-    return f"range={low:.6g}-{part.until * scale + first:.6g}" + ("" if part.unit == "waypoints" else unit)
+            return f"every={much.removesuffix('wp')}"
+        case "heading":
+            return f"heading={where.direction}"
+        case "beyond":
+            return f"beyond={where.direction},{_number(_from_ground(where.direction, where.amount))}"
+    told = ",".join(word for word in (_joined(where.places), much) if word)
+    return where.kind + (f"={told}" if told else "")
 
 
 def _edit_shown(edit: E.Edit) -> str:
-    if isinstance(edit, E.Also):
-        return f"also {_shown(edit.frame)}"
-    if isinstance(edit, E.Command):
-        return edit.command if edit.steps == 1 else f"{edit.command} {edit.steps}"
     on = f"on={edit.on}" if edit.on and not isinstance(edit, E.Drop) else edit.on
-    return " ".join(word for word in (edit.NAME, *_change_shown(edit), on) if word)
-
-
-def _change_shown(edit: E.Edit) -> list[str]:
-    """What an edit changes to, in words of the notation."""
     match edit:
+        case E.Also(frame=frame):
+            return f"also {_frame_shown(frame)}"
+        case E.Command(command=command, steps=steps):
+            return command if steps == 1 else f"{command} {steps}"
         case E.Rescale(change=change, factor=factor, degree=degree):
-            return [f"{factor:.6g}x" if factor is not None else change, f"deg={degree}" if degree else ""]
+            said = [change if factor is None else f"{factor:.6g}x", f"deg={degree}" if degree else ""]
         case E.Set(slot=slot, quantity=q, step=step):
-            return [f"{_KEY_OF.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}"]
+            said = [f"{_KEYS.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}"]
         case E.Replace(direction=direction, objects=names, end=end):
-            return [direction or end or "obj=" + "+".join(map(_word, names))]
+            said = [direction or end or f"obj={_joined(names)}"]
         case E.Restrict(part=part) | E.Except(part=part):
-            return _parts_shown(part)
-    return []
+            said = list(_parts_shown(part))
+        case _:
+            said = []
+    return " ".join(word for word in (edit.NAME, *said, on) if word)

@@ -5,18 +5,17 @@ A frame with several directions is several atoms; `frames_of` joins them again.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable, Sequence
-from dataclasses import MISSING, dataclass, field, replace
-from typing import Any
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import MISSING, dataclass, field, fields, replace
+from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import scale_of
 from ovita.instruct.frames import name_of
-from ovita.instruct.notation import DIRECTIONS, EDITS, FRAMES
+from ovita.instruct.notation import COMMANDS, DIRECTIONS, EDITS, FRAMES, Where, main_slot, part_told, where_of
 from ovita.paths.part import WHOLE, PathPart, outside
 
-COMMANDS = ("undo", "redo", "restart", "accept", "explain")
 TRAINED = (
     "move", "end", "closer", "farther", "clearance", "via", "side", "pace", "keep", "stop", "wait", "extend", "smooth",
     "waypoints", "circle", "spiral", "eight", "zigzag", "wave", "shake", "hop", "hover", "mirror", "rotate", "tilt",
@@ -72,13 +71,14 @@ OBJECTS = ("objects1", "objects2", "objects3", "places1", "places2", "places3")
 POINTERS = (*AMOUNTS, *OBJECTS)
 """What each atom may point at: amounts, the objects of the frame, the objects of its part of the path."""
 
-_MAIN = ("amount", "distance", "by", "level", "angle")
-_SLOT_OF = {
-    **dict.fromkeys(_MAIN, "amount"), "duration": "duration", "radius": "radius", "size": "size", "turns": "turns",
-    "waves": "turns", "rise": "rise",
-}  # fmt: skip
+_POINTER_OF = {
+    **dict.fromkeys(F.MAIN, "amount"),
+    **{slot: slot for slot in ("duration", "radius", "size", "turns", "rise")},
+    "waves": "turns",
+}
+"""The pointer of each slot that holds a quantity."""
+
 CHOOSING = ("change", "what", "end", "cut", "axis", "number")
-PLACES = ("place", "about", "of")
 
 
 class Unfit(ValueError):
@@ -105,6 +105,14 @@ class Atom:
         """The class of a head."""
         return self.labels.get(head, HEADS[head][0])
 
+    def __or__(self, more: Atom) -> Atom:
+        return Atom(
+            self.labels | more.labels,
+            self.amounts | more.amounts,
+            self.objects + more.objects,
+            self.places + more.places,
+        )
+
 
 def atoms_of(items: Iterable[F.SemanticFrame | E.Edit]) -> tuple[Atom, ...]:
     """Frames and edits as atoms.
@@ -112,163 +120,94 @@ def atoms_of(items: Iterable[F.SemanticFrame | E.Edit]) -> tuple[Atom, ...]:
     Raises:
         Unfit: If atoms cannot say one of them.
     """
-    return tuple(
-        atom
-        for item in items
-        for atom in (_frame_atoms(item) if isinstance(item, F.SemanticFrame) else _edit_atoms(item))
-    )
+    found: list[Atom] = []
+    for item in items:
+        frame = item.frame if isinstance(item, E.Also) else item
+        found += _frame_atoms(frame) if isinstance(frame, F.SemanticFrame) else [_edit_atom(frame)]
+    return tuple(found)
 
 
 def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
-    value: Any = frame
-    labels = {"action": name_of(frame), "degree": frame.degree if frame.degree in HEADS["degree"] else ""}
-    said = {slot: getattr(value, slot) for slot in value.__dataclass_fields__ if getattr(value, slot) is not None}
-    amounts = {to: said[slot] for slot, to in _SLOT_OF.items() if isinstance(said.get(slot), F.Quantity)}
-    if "amount" in amounts:
-        labels["role"] = amounts["amount"].role
-    labels["choice"] = next((str(said[slot]) for slot in CHOOSING if slot in said), "")
-    labels |= {slot: said[slot] for slot in ("relation", "direction", "sense") if said.get(slot, "at") != "at"}
-    if isinstance(frame, F.Approach):
-        labels["sense"] = ""
-    if isinstance(frame, F.Pace) and frame.amount and frame.amount.value < 0:
-        labels["choice"] = "brake"
-        amounts["amount"] = _positive(frame.amount)
-    objects: tuple[str, ...] = said.get("objects", ())
-    for slot in PLACES:
-        objects += _spot(said.get(slot, ""), labels, amounts)
-    labels, places = _part_atoms(frame.part, labels, amounts)
-    if len(objects) > 3:
+    said = {slot.name: value for slot in fields(frame) if (value := getattr(frame, slot.name)) is not None}
+    labels = {"action": name_of(frame), "choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
+    labels |= {
+        head: said[head] for head in ("degree", "sense", "relation", "direction") if said.get(head) in HEADS[head]
+    }
+    amounts = {to: said[slot] for slot, to in _POINTER_OF.items() if isinstance(said.get(slot), F.Quantity)}
+    main = amounts.get("amount")
+    if main is not None:
+        labels["role"] = main.role
+        if isinstance(frame, F.Pace) and main.value < 0:
+            labels["choice"], amounts["amount"] = "brake", _positive(main)
+    atom = Atom(labels, amounts, said.get("objects", ()))
+    atom |= _spot(next((said[slot] for slot in F.PLACES if slot in said), "")) | _part_atom(frame.part)
+    if len(atom.objects) > 3:
         raise Unfit("more than three objects")
-    atom = Atom(labels, amounts, objects, places)
     return [_directed(atom, direction, quantity) for direction, quantity in said.get("offset", ())] or [atom]
+
+
+def _spot(place: F.Place) -> Atom:
+    """What an atom says of the place of a frame."""
+    if isinstance(place, F.Quantity):
+        return Atom({"spot": "amount"}, {"spot": place})
+    if isinstance(place, tuple):
+        return Atom({"spot": "objects"}, objects=place)
+    if place in ("", *F.SPOTS):
+        return Atom({"spot": place})
+    return Atom({"spot": "object"}, objects=(place,))
 
 
 def _positive(quantity: F.Quantity) -> F.Quantity:
     return replace(quantity, value=abs(quantity.value), said=quantity.said.lstrip("-"))
 
 
-def _directed(atom: Atom, direction: str, quantity: F.Quantity | None) -> Atom:
-    if quantity is not None and quantity.value < 0:
-        direction = direction[1:] if direction[0] == "-" else f"-{direction}" if direction in "xyz" else direction
-        quantity = _positive(quantity)
-    more = {} if quantity is None else {"amount": quantity}
-    return replace(atom, labels=atom.labels | {"direction": direction}, amounts=atom.amounts | more)
+def _directed(atom: Atom, direction: F.Direction, quantity: F.Quantity | None) -> Atom:
+    if quantity is None:
+        return replace(atom, labels=atom.labels | {"direction": direction})
+    way = F.OPPOSITES[direction] if quantity.value < 0 else direction
+    return replace(
+        atom, labels=atom.labels | {"direction": way}, amounts=atom.amounts | {"amount": _positive(quantity)}
+    )
 
 
-def _spot(place: F.Place, labels: dict[str, str], amounts: dict[str, F.Quantity]) -> tuple[str, ...]:
-    if isinstance(place, F.Quantity):
-        labels["spot"] = "amount"
-        amounts["spot"] = place
-        return ()
-    if isinstance(place, tuple):
-        labels["spot"] = "objects"
-        return place
-    if place:
-        labels["spot"] = place if place in F.SPOTS else "object"
-    return (place,) if labels.get("spot") == "object" and place else ()
-
-
-def _part_atoms(
-    part: PathPart, labels: dict[str, str], amounts: dict[str, F.Quantity]
-) -> tuple[dict[str, str], tuple[str, ...]]:
-    if part.kind == "outside":
-        labels["outside"] = "outside"
-        part = part.parts[0]
-    part = F.canonical_part(part)
-    labels["part"] = kind = _kind(part)
-    if kind not in PARTS:
-        raise Unfit(f"a part that is {kind}")
-    unit = "m" if kind in ("near", "beyond") else {"share": "%"}.get(part.unit, str(part.unit))
-    one = 1 if kind in ("range", "from") and unit == "waypoints" else 0
-    for name, value in (("part", part.amount), ("until", part.until)):
-        if value is not None and (value or kind != "beyond"):
-            amounts[name] = F.Quantity(value + one, unit)
-    if kind == "beyond":
-        labels["toward"] = part.direction
-    return labels, _part_places(part, labels)
-
-
-def _kind(part: PathPart) -> str:
-    match part:
-        case PathPart(kind="either", parts=parts) if all(inner.kind == "near" for inner in parts):
-            return "near"
-        case PathPart(kind="heading", direction="up" | "down" as direction):
-            return "rising" if direction == "up" else "falling"
-        case PathPart(kind="range", until=None):
-            return "from"
-    return {"indices": "selection"}.get(part.kind, part.kind)
-
-
-def _part_places(part: PathPart, labels: dict[str, str]) -> tuple[str, ...]:
-    places: tuple[Any, ...] = part.places or tuple(inner.places[0] for inner in part.parts if inner.places)
-    if len(places) == 1 and places[0] in ("start", "goal"):
-        labels["place"] = places[0]
-        return ()
-    if len(places) == 1 and isinstance(places[0], dict):
-        places = tuple(places[0]["between"])
-    if len(places) > 3 or any(not isinstance(p, str) or p in F.SPOTS for p in places):
+def _part_atom(part: PathPart) -> Atom:
+    """What an atom says of a part of the path."""
+    inside = part.parts[0] if part.kind == "outside" else part
+    where = where_of(F.canonical_part(inside))
+    if where.kind not in PARTS:
+        raise Unfit(f"a part that is {where.kind}")
+    labels = {"part": where.kind, "outside": "" if inside is part else "outside"}
+    if where.kind == "beyond":
+        labels["toward"] = where.direction
+    pointed = {"part": where.amount, "until": where.until}
+    amounts = {name: quantity for name, quantity in pointed.items() if quantity is not None}
+    if where.places in (("start",), ("goal",)):
+        return Atom(labels | {"place": where.places[0]}, amounts)
+    if len(where.places) > 3 or any(not isinstance(place, str) or place in F.SPOTS for place in where.places):
         raise Unfit("places of a part")
-    labels["place"] = "object" if places else ""
-    return places
+    return Atom(labels | {"place": "object" if where.places else ""}, amounts, places=where.places)
 
 
-def _edit_atoms(edit: E.Edit) -> list[Atom]:
-    if isinstance(edit, E.Also):
-        return _frame_atoms(edit.frame)
-    value: Any = edit
-    on = edit.on if edit.on in TRAINED else ""
-    labels = {"action": value.command if isinstance(edit, E.Command) else edit.NAME, "on": on}
-    amounts: dict[str, F.Quantity] = {}
-    places: tuple[str, ...] = ()
-    objects: tuple[str, ...] = ()
+def _edit_atom(edit: E.Edit) -> Atom:
+    labels = {"action": edit.NAME, "on": edit.on if edit.on in TRAINED else ""}
     match edit:
         case E.Rescale(change=change, factor=factor, degree=degree):
-            labels |= {"choice": change, "degree": degree or ""}
-            if factor is not None:
-                amounts["amount"] = F.Quantity(factor, "x", said=f"{factor:g}x")
+            amounts = {} if factor is None else {"amount": F.Quantity(factor, "x", said=f"{factor:g}x")}
+            return Atom(labels | {"choice": change, "degree": degree or ""}, amounts)
         case E.Set(slot=slot, quantity=quantity, step=step):
-            labels |= {"choice": slot, "step": str(step)}
-            if slot in DIRECTIONS:
-                labels |= {"choice": "direction", "direction": slot}
-            elif slot not in CHOICES["set"]:
+            way = {"choice": "direction", "direction": slot} if slot in DIRECTIONS else {"choice": slot}
+            if way["choice"] not in CHOICES["set"]:
                 raise Unfit(f"set {slot}")
-            amounts["amount"] = quantity
+            return Atom(labels | way | {"step": str(step)}, {"amount": quantity})
         case E.Replace(direction=direction, objects=objects, end=end):
-            labels |= {"direction": direction or "", "spot": end or ""}
-            labels["choice"] = "direction" if direction else "end" if end else "objects"
+            choice = "direction" if direction else "end" if end else "objects"
+            return Atom(labels | {"choice": choice, "direction": direction or "", "spot": end}, objects=objects)
         case E.Restrict(part=part) | E.Except(part=part):
-            labels, places = _part_atoms(part, labels, amounts)
-        case E.Command(steps=steps) if steps > 1:
-            amounts["amount"] = F.Quantity(float(steps))
-    return [Atom(labels, amounts, objects, places)]
-
-
-_BARE = {
-    ("rotate", ""): "deg",
-    ("tilt", ""): "deg",
-    **{("trim", cut): "waypoints" for cut in CHOICES["trim"]},
-    **{("pace", change): "m/s" for change in ("set", "cap", "floor", "rampup", "rampdown")},
-    **{("pace", change): "m/s2" for change in ("accelerate", "brake")},
-}
-"""The unit of a number without one, by action and choice."""
-
-
-def _unit(atom: Atom, pointer: str, quantity: F.Quantity) -> F.Quantity:
-    """The quantity with the unit that its slot implies where the sentence names none, and in the units of its slot."""
-    action, choice = atom.label("action"), atom.label("choice")
-    unit = quantity.unit
-    if pointer == "turns" or (pointer in ("rise", "size", "radius") and unit == "x"):
-        return replace(quantity, unit="")
-    if pointer == "spot":
-        return replace(quantity, unit=unit or "waypoints")
-    if pointer != "amount":
-        return quantity
-    implied = _BARE.get((action, choice), _BARE.get((action, ""), ""))
-    if implied == "m/s" and unit == "m":
-        unit = "m/s"
-    if (action, choice, unit) == ("waypoints", "to", "waypoints"):
-        return replace(quantity, unit="")
-    return replace(quantity, unit=unit or implied)
+            where = _part_atom(part)
+            return replace(where, labels=labels | where.labels)
+        case E.Command(command=command, steps=steps):
+            return Atom(labels | {"action": command}, {"amount": F.Quantity(float(steps))} if steps > 1 else {})
+    return Atom(labels)
 
 
 def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) -> tuple[F.SemanticFrame | E.Edit, ...]:
@@ -279,8 +218,7 @@ def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) ->
     """
     found: list[F.SemanticFrame | E.Edit] = []
     for atom in atoms:
-        action = atom.label("action")
-        item: Any = _frame(atom) if action in FRAMES else _edit(atom, previous)
+        item: Any = _frame(atom) if atom.label("action") in FRAMES else _edit(atom, previous)
         last: Any = found[-1] if found else None
         if type(last) is type(item) and _joins(last, item):
             found[-1] = replace(last, offset=last.offset + item.offset)
@@ -296,10 +234,32 @@ def _joins(last: Any, item: Any) -> bool:
     return not {direction for direction, _ in last.offset} & {direction for direction, _ in item.offset}
 
 
+def _frame(atom: Atom) -> F.SemanticFrame:
+    action, choice = atom.label("action"), atom.label("choice")
+    kind = FRAMES[action]
+    said: dict[str, Any] = {
+        **dict.fromkeys(CHOOSING, "accelerate" if choice == "brake" else choice),
+        **dict.fromkeys(F.PLACES, _place(atom)),
+        "number": int(choice) if choice.isdigit() else 1,
+        "shape": action,
+        "sense": action if kind is F.Approach else atom.label("sense") or None,
+        "relation": atom.label("relation") or ("at" if kind is F.Visit else ""),
+        "direction": atom.label("direction"),
+        "objects": atom.objects,
+        "part": part_of(atom),
+        "degree": atom.label("degree") or None,
+        **_amounts(atom, kind),
+    }
+    slots = {slot.name: said[slot.name] for slot in fields(kind) if slot.name in said}
+    _check(kind, slots)
+    return kind(**slots)
+
+
 def _place(atom: Atom) -> F.Place:
     spot = atom.label("spot")
     if spot == "amount" and "spot" in atom.amounts:
-        return _unit(atom, "spot", replace(atom.amounts["spot"], role="at"))
+        quantity = atom.amounts["spot"]
+        return replace(quantity, role="at", unit=quantity.unit or "waypoints")
     if spot == "objects" and len(atom.objects) >= 2:
         return atom.objects[0], atom.objects[1]
     if spot in F.SPOTS:
@@ -307,73 +267,58 @@ def _place(atom: Atom) -> F.Place:
     return atom.objects[0] if spot == "object" and atom.objects else ""
 
 
-def _frame(atom: Atom) -> F.SemanticFrame:
-    action, choice = atom.label("action"), atom.label("choice")
-    kind = FRAMES[action]
-    known = kind.__dataclass_fields__
-    slots: dict[str, Any] = {slot: choice for slot in CHOOSING if slot in known}
-    slots |= {slot: atom.label(slot) for slot in ("direction", "relation") if slot in known}
-    slots |= {name: _place(atom) for name in PLACES if name in known}
-    slots |= {"objects": atom.objects} if "objects" in known else {}
-    slots |= {"sense": atom.label("sense") or None} if "sense" in known else {}
-    slots |= {"part": part_of(atom), "degree": atom.label("degree") or None}
-    slots |= _particular(kind, action, choice, slots) | _amounts(atom, kind, known)
-    _check(kind, slots)
-    return kind(**slots)
-
-
-def _amounts(atom: Atom, kind: type[F.SemanticFrame], known: Container[str]) -> dict[str, Any]:
+def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
     """The quantities of a frame by slot, and its offset."""
     found: dict[str, Any] = {}
-    for name in ("duration", "radius", "size", "turns", "rise"):
-        slot = "waves" if name == "turns" and atom.label("action") == "wave" else name
-        if slot in known and name in atom.amounts:
-            found[slot] = _unit(atom, name, atom.amounts[name])
+    for pointer in ("duration", "radius", "size", "turns", "rise"):
+        quantity = atom.amounts.get(pointer)
+        if quantity is not None:
+            counted = pointer == "turns" or (pointer != "duration" and quantity.unit == "x")
+            slot = "waves" if pointer == "turns" and atom.label("action") == "wave" else pointer
+            found[slot] = replace(quantity, unit="") if counted else quantity
     main, direction = _main_amount(atom, kind), atom.label("direction")
-    if "offset" in known:
-        found["offset"] = ((direction, main),) if direction else ()
-        main = None if direction else main
-    target = next((slot for slot in _MAIN if slot in known), "")
-    return found | ({target: main} if target and main is not None else {})
+    if direction and "offset" in kind.__dataclass_fields__:
+        return found | {"offset": ((direction, main),)}
+    return found | {"offset": (), main_slot(kind): main}
 
 
-def _particular(kind: type[F.SemanticFrame], action: str, choice: str, slots: dict[str, Any]) -> dict[str, Any]:
-    """What single kinds of frames call otherwise."""
-    particular: dict[Any, dict[str, Any]] = {
-        F.Figure: {"shape": action},
-        F.Approach: {"sense": action},
-        F.Quadrant: {"number": int(choice) if choice.isdigit() else 1},
-        F.Visit: {"relation": slots.get("relation") or "at"},
-        F.Pace: {"change": "accelerate" if choice == "brake" else choice},
-    }
-    return particular.get(kind, {})
-
-
-_ROLES = {
-    "pace": {"cap": "at_most", "floor": "at_least", "set": "to"},
-    "waypoints": {"to": "to"},
+_IMPLIED = {
+    ("rotate", ""): "deg",
+    ("tilt", ""): "deg",
+    **{("trim", cut): "waypoints" for cut in CHOICES["trim"]},
+    **{("pace", change): "m/s" for change in ("set", "cap", "floor", "rampup", "rampdown")},
+    **{("pace", change): "m/s2" for change in ("accelerate", "brake")},
 }
+"""The unit of a number without one, by action and choice."""
+
+_ROLES: dict[tuple[str, str], F.Role] = {
+    ("pace", "cap"): "at_most", ("pace", "floor"): "at_least", ("pace", "set"): "to", ("waypoints", "to"): "to",
+}  # fmt: skip
 _WITH_ROLE = (F.Clearance, F.Height, F.Pace, F.Visit, F.Approach)
 
 
 def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
-    if "amount" not in atom.amounts:
+    """How much, in the unit that is implied where the sentence names none, and in the role that it plays."""
+    quantity, choice = atom.amounts.get("amount"), atom.label("choice")
+    if quantity is None:
         return None
-    quantity = _unit(atom, "amount", atom.amounts["amount"])
-    choice = atom.label("choice")
-    role: Any = _ROLES.get(kind.NAME, {}).get(choice, atom.label("role") if kind in _WITH_ROLE else "by")
-    value = -quantity.value if kind is F.Pace and choice == "brake" else quantity.value
-    return replace(quantity, role=role, value=value)
+    said = (kind.NAME, choice)
+    role: Any = _ROLES.get(said, atom.label("role") if kind in _WITH_ROLE else "by")
+    implied = _IMPLIED.get(said, _IMPLIED.get((kind.NAME, ""), ""))
+    unit = "m/s" if (quantity.unit, implied) == ("m", "m/s") else quantity.unit or implied
+    return replace(
+        quantity,
+        value=-quantity.value if said == ("pace", "brake") else quantity.value,
+        unit="" if (*said, unit) == ("waypoints", "to", "waypoints") else unit,
+        role=role,
+    )
 
 
 def _check(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> None:
     """Refuse a frame that lacks what it needs."""
-    for slot in ("objects", "distance", "level", "direction"):
-        needed = slot in kind.__dataclass_fields__ and kind.__dataclass_fields__[slot].default is MISSING
-        if needed and not slots.get(slot):
-            raise Unfit(f"{kind.NAME} without {slot}")
-    if kind in (F.Shift, F.Bound) and not slots["offset"]:
-        raise Unfit(f"{kind.NAME} without a direction")
+    for slot in fields(kind):
+        if slot.default is MISSING and not slots[slot.name] and slot.name not in CHOOSING:
+            raise Unfit(f"{kind.NAME} without {slot.name}")
     if kind is F.MoveEnd and not slots["offset"] and not (slots["relation"] and slots["place"]):
         raise Unfit("an end without a direction or a place")
     if slots.get("relation") == "between" and len(slots["objects"]) != 2:
@@ -386,95 +331,84 @@ def part_of(atom: Atom) -> PathPart:
     Raises:
         Unfit: If what the part needs is not pointed at.
     """
-    kind = atom.label("part")
+    kind, place = atom.label("part"), atom.label("place")
     if kind == "whole":
         return WHOLE
-    part = _inner(kind, atom)
+    places: tuple[str, ...] = ()
+    if kind in ("near", "between", "after", "before"):
+        places = (place,) if place in ("start", "goal") else atom.places
+        if len(places) < (2 if kind == "between" else 1):
+            raise Unfit(f"{kind} what")
+    amount, until = atom.amounts.get("part"), atom.amounts.get("until")
+    if (kind in ("range", "from") and amount is None) or (kind in ("range", "upto") and until is None):
+        raise Unfit("a range without its ends")
+    end = until if kind in ("range", "upto") else None
+    part = part_told(Where(kind, places, amount, end, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
 
 
-def _inner(kind: str, atom: Atom) -> PathPart:
-    place = atom.label("place")
-    places: tuple[Any, ...] = (place,) if place in ("start", "goal") else atom.places
-    if kind in ("near", "between", "after", "before"):
-        if not places or (kind == "between" and len(places) == 1 and not place):
-            raise Unfit(f"{kind} what")
-        return _at_places(kind, places, atom.amounts.get("part"))
-    if kind in ("rising", "falling"):
-        return PathPart("heading", direction="up" if kind == "rising" else "down")
-    if kind == "selection":
-        return PathPart("indices")
-    return _measured(kind, atom)
+Previous: TypeAlias = Sequence[F.SemanticFrame]
+"""The frames of the turns before."""
 
 
-def _at_places(kind: str, places: tuple[Any, ...], within: F.Quantity | None) -> PathPart:
-    if kind == "between":
-        return PathPart(kind, places[:2])
-    if kind == "near":
-        inner = tuple(PathPart("near", (name,), within.value if within else None) for name in places)
-        return inner[0] if len(inner) == 1 else PathPart("either", parts=inner)
-    return PathPart(kind, ({"between": list(places[:2])} if len(places) == 2 else places[0],))
+def _edit(atom: Atom, previous: Previous) -> E.Edit:
+    action = atom.label("action")
+    kind: Any = EDITS[action]
+    said = _SAID[action](atom, previous) if action in _SAID else {}
+    edit: E.Edit = kind(on=atom.label("on"), **said)
+    return edit
 
 
-def _measured(kind: str, atom: Atom) -> PathPart:
-    amount, until = atom.amounts.get("part"), atom.amounts.get("until")
-    value = None if amount is None else amount.value
-    unit: Any = {"%": "share", "x": "share", "m": "m", "s": "s"}.get(amount.unit if amount else "%", "waypoints")
-    if kind in ("range", "from"):
-        if value is None or (kind == "range" and until is None):
-            raise Unfit("a range without its ends")
-        one = 1 if unit == "waypoints" else 0
-        return PathPart("range", amount=value - one, until=None if until is None else until.value - one, unit=unit)
-    if kind == "every":
-        return PathPart("every", amount=value or 2)
-    if kind == "beyond":
-        return PathPart("beyond", amount=value or 0.0, direction=atom.label("toward") or "up")
-    return PathPart(kind, amount=value, unit=unit if value is not None or kind in ("first", "last") else "waypoints")
+def _command(atom: Atom, previous: Previous) -> dict[str, Any]:
+    steps = atom.amounts["amount"].value if "amount" in atom.amounts else 1
+    return {"command": atom.label("action"), "steps": max(int(steps), 1)}
 
 
-def _edit(atom: Atom, previous: Sequence[F.SemanticFrame]) -> E.Edit:
-    action, on = atom.label("action"), atom.label("on")
-    amount = atom.amounts.get("amount")
-    if action in COMMANDS:
-        command: Any = action
-        return E.Command(command=command, steps=int(amount.value) if amount and amount.value >= 1 else 1)
-    plain = {"flip": E.Flip, "drop": E.Drop, "again": E.Again}.get(action)
-    if plain is not None:
-        return plain(on=on)
-    if action in ("restrict", "except"):
-        part = part_of(atom)
-        if not part:
-            raise Unfit("which part")
-        return E.Restrict(on=on, part=part) if action == "restrict" else E.Except(on=on, part=part)
-    if action == "scale":
-        change: Any = atom.label("choice")
-        degree: Any = atom.label("degree") or None
-        return E.Rescale(on=on, change=change, factor=amount.value if amount else None, degree=degree)
-    return _set(atom, on, amount, previous) if action == "set" else _replace(atom, on)
+def _rescaled(atom: Atom, previous: Previous) -> dict[str, Any]:
+    factor = atom.amounts["amount"].value if "amount" in atom.amounts else None
+    return {"change": atom.label("choice"), "factor": factor, "degree": atom.label("degree") or None}
 
 
-def _set(atom: Atom, on: str, amount: F.Quantity | None, previous: Sequence[F.SemanticFrame]) -> E.Set:
+def _set(atom: Atom, previous: Previous) -> dict[str, Any]:
+    choice, amount = atom.label("choice"), atom.amounts.get("amount")
     if amount is None:
         raise Unfit("set to what")
-    choice, direction = atom.label("choice"), atom.label("direction")
-    slot = direction if choice == "direction" and direction else choice
+    slot = atom.label("direction") or choice if choice == "direction" else choice
     role: Any = slot if slot in HEADS["role"] else "by"
-    step: Any = int(atom.label("step"))
-    return E.Set(on=on, slot=slot, quantity=replace(_inherited(amount, previous, slot), role=role), step=step)
+    return {
+        "slot": slot,
+        "quantity": replace(_inherited(amount, previous, slot), role=role),
+        "step": int(atom.label("step")),
+    }
 
 
-def _replace(atom: Atom, on: str) -> E.Replace:
+def _replaced(atom: Atom, previous: Previous) -> dict[str, Any]:
     choice, end, direction = atom.label("choice"), atom.label("spot"), atom.label("direction")
-    said: dict[str, Any] = {}
     if choice == "objects" and atom.objects:
-        said["objects"] = atom.objects
-    elif choice == "end" and end in ("start", "goal"):
-        said["end"] = end
-    elif direction:
-        said["direction"] = direction
-    else:
+        return {"objects": atom.objects}
+    if choice == "end" and end in ("start", "goal"):
+        return {"end": end}
+    if not direction:
         raise Unfit("replace what")
-    return E.Replace(on=on, **said)
+    return {"direction": direction}
+
+
+def _where(atom: Atom, previous: Previous) -> dict[str, Any]:
+    part = part_of(atom)
+    if not part:
+        raise Unfit("which part")
+    return {"part": part}
+
+
+_SAID: dict[str, Callable[[Atom, Previous], dict[str, Any]]] = {
+    **dict.fromkeys(COMMANDS, _command),
+    "scale": _rescaled,
+    "set": _set,
+    "replace": _replaced,
+    "restrict": _where,
+    "except": _where,
+}
+"""What atoms say of edits that hold more than what they are about."""
 
 
 def _inherited(amount: F.Quantity, previous: Sequence[F.SemanticFrame], slot: str) -> F.Quantity:
