@@ -24,7 +24,7 @@ def flips(said: Remark) -> Iterator[Candidate]:
     pieces, turned = said.cued("flip", "ccw", "cw"), said.cued("ccw", "cw")
     if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
         ways = [i for i in said.targets if directions_of(said.before[i])] or said.targets
-        named = [p for p in said.active if said.meant([p])]
+        named = [p for p in said.active if said.meant([p]) or p.text in OTHERS]
         yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *named))
 
 

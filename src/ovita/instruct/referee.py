@@ -188,7 +188,7 @@ def overheard(
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_units(found.reading, said, positions).edits
     found = replace(found, best=replace(found.best, edits=edits))
-    guessed = all(chunk.kind in UNKNOWN for chunk in said)
+    guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
     reader = None if is_plain(found) or guessed or not before else learned_reader()
     if reader is None:
         return found, None
