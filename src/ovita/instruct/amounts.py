@@ -44,6 +44,7 @@ def numbers(said: Remark) -> Iterator[Candidate]:
             used += [p for p in said.active if names(p, said.before[where[0]])]
     if found:
         extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
+        extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
         yield Candidate(tuple(found.values()), (*used, *extra, *stated))
 
 

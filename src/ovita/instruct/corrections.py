@@ -9,7 +9,7 @@ from typing import Any
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
-from ovita.instruct.remarks import DIRECTIONS, SENSES, Candidate, Phrase, Remark, heading, senses_of
+from ovita.instruct.remarks import ADJECTIVES, DIRECTIONS, SENSES, Candidate, Phrase, Remark, heading, senses_of
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 
@@ -46,9 +46,9 @@ def directions(said: Remark) -> Iterator[Candidate]:
         known = directions_of(frame)
         ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
         new = [p for p in named if known and heading(p) in {*ways}.difference(known) and not said.negated(p)]
-        if new:
-            old = [p for p in named if heading(p) in known]
-            old += [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
+        old = [p for p in named if heading(p) in known]
+        old += [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
+        if new and (old or said.corrects):
             direction: Any = heading(new[-1])
             edit = E.Replace(on=said.on(i), direction=direction)
             yield Candidate((edit,), (*new, *old, *said.cued("not")))
@@ -64,11 +64,11 @@ def objects(said: Remark) -> Iterator[Candidate]:
     if said.adds or not about or not (new or others):
         return
     items = tuple(dict.fromkeys(name for p in new for name in p.items)) or said.alike(said.before[about[-1]])
-    if len(new) == 1 and not _several(new[0]):
-        items = tuple(name for name in items if name not in known)
+    several = len(new) > 1 or any(map(_several, new))
+    items = items if several else tuple(name for name in items if name not in known)
     near = [p for p in said.active if p.concept in ("near", "around") and said.corrects]
     used = (*new, *others, *near, *(p for p in said.active if {*p.items} & known), *said.cued("not", "flip"))
-    if len(items) == 1 or new:
+    if len(items) == 1 or several:
         yield Candidate((E.Replace(on=said.on(about[-1]), objects=items),), used)
     elif items:
         yield Candidate((), used, "Which one: " + " or ".join(map(repr, items)) + "?", items)
@@ -139,7 +139,7 @@ def _denied(said: Remark) -> list[Phrase]:
     if excepted:
         behind = said.active[said.active.index(excepted[-1]) + 1 :]
         return [] if any(p.items for p in behind) else [p for p in behind if said.meant([p])]
-    denied = [p for p in said.active if said.denies(p) and said.meant([p])]
+    denied = [p for p in said.active if said.denies(p) and said.meant([p]) and p.text not in ADJECTIVES]
     return [] if any(heading(p) and not said.denies(p) for p in said.active) else denied
 
 

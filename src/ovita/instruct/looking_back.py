@@ -14,19 +14,20 @@ from typing import TypeAlias
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply
+from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.remarks import Candidate, Remark
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
 """How likely feedback has to be meant, among the ways to take it, to be done without being shown first."""
 
-FEW, SHORT = 6, 5
+FEW, SHORT = 10, 6
 """Words and marks of feedback that is so short that the network is not asked what it thinks of the rules' reading, and
 words of an utterance in which a comparative looks back."""
 
 BACKWARD = frozenset(
-    """more less again that that's those these too not only just instead than still yet even enough same also was were
-    been had did said meant mean sorry back other opposite wrong change part thing no nope nah never rather as so fine
+    """again that that's those these too not only just instead than still yet even enough same also was were
+    been had did said meant mean sorry alone other opposite wrong change part thing no nope nah never rather as so fine
     ok okay good better further another undo redo forget cancel scrap drop kill lose remove yes original""".split()
 )
 """Words that speak of what was done, or of what is meant instead."""
@@ -65,9 +66,12 @@ class Retrospect:
     def recalls(self) -> bool:
         """Whether a word speaks of what was done, or it is little more than a comparative."""
         words = [word for piece in self.said.active for word in piece.text.split()]
-        compared = len(words) <= SHORT and any(word.endswith("er") for word in words)
-        scaled = any(isinstance(edit, E.Rescale) and edit.factor for edit in self.best.edits)
-        return scaled or compared or not BACKWARD.isdisjoint(words)
+        first = next((piece for piece in self.said.active if piece.text not in DETERMINERS), None)
+        short = len(words) <= SHORT and first is not None and first.content
+        compared = short and any(word.endswith("er") or word in ("more", "less") for word in words)
+        scaled = any(isinstance(edit, E.Rescale) and edit.factor for edit in self.best.edits) and "it" in words
+        known = any(isinstance(edit, E.Command | E.Again | E.Flip) for edit in self.best.edits)
+        return compared or scaled or known or not BACKWARD.isdisjoint(words)
 
 
 def looks_back(it: Retrospect) -> bool:
@@ -140,13 +144,13 @@ Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
 
 GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
     "instruction": {
-        "whole": (0.49, lambda it, heard: it.whole),
-        "looks back": (-1.30, lambda it, heard: it.recalls),
-        "other kinds of change": (1.29, lambda it, heard: it.said.elsewhere),
-        "to the network": (0.61, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+        "whole": (0.31, lambda it, heard: it.whole),
+        "looks back": (-1.21, lambda it, heard: it.recalls),
+        "other kinds of change": (1.35, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.60, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
-    "rules": {"both agree": (2.80, lambda it, heard: _agree(it, heard))},
-    "network": {"confidence": (0.94, lambda it, heard: _odds(heard.edits.confidence))},
+    "rules": {"both agree": (2.00, lambda it, heard: _agree(it, heard))},
+    "network": {"confidence": (0.99, lambda it, heard: _odds(heard.edits.confidence))},
 }
 """What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
 how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""

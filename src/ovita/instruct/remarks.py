@@ -38,9 +38,9 @@ SKIPPED = frozenset(
 
 SMALL = frozenset(
     """more less again that that's those these too not only just instead than still yet even enough same also was were
-    been had did said meant mean sorry back other opposite wrong change part thing no nope nah never rather as so fine
-    ok okay good better further another yes one went near around at by from to of over under past before after behind
-    beside above below toward towards off between along with clear reaching into""".split()
+    been had did said say meant mean sorry back other opposite wrong change part thing no nope nah never rather as so
+    fine ok okay good better further another yes one like oh ah ugh hmm oops went near around at by from to of over
+    under past before after behind beside above below toward towards off between along with clear into""".split()
 )
 """Words of feedback, and before a place, that say nothing by themselves."""
 
@@ -89,14 +89,14 @@ NOUNS: dict[str, tuple[str, ...]] = {
     "circle": ("circle",), "eight": ("eight",), "zigzag": ("zigzag",), "wave": ("wave",), "extend": ("extend",),
     "straight": ("straighten",), "resize": ("resize",), "curvature": ("curve",), "smooth": ("smooth",),
     "reverse": ("reverse",), "height": ("height", "move", "hover"), "distance": ("farther", "closer", "clearance"),
-    "away": ("farther", "clearance", "closer"), "closer": ("closer", "farther"), "waypoints": ("waypoints",),
+    "away": ("farther", "clearance"), "closer": ("closer",), "waypoints": ("waypoints",),
     "noise": ("shake",),
 }  # fmt: skip
 """The frames that a word of feedback, or a concept, can mean."""
 
 
 NOES = ("no", "nope", "nah")
-IDLE = frozenset("oh ah ugh hmm oops if as than now there till does all very what where know".split())
+IDLE = frozenset("if as than now there till does all very what where know".split())
 """Words of other classes that ask for nothing in feedback."""
 
 POLITE = frozenset("accept keep enough same weak meant".split())
@@ -324,7 +324,8 @@ class Remark:
     @cached_property
     def elsewhere(self) -> bool:
         """Whether it names kinds of change, and none of those before."""
-        naming = [p for p in self.pieces if any(NOUNS.get(cue) for cue in (*p.cues, p.concept)) and p.text != "move"]
+        plain = [p for p in self.pieces if p.text != "move" and p.concept not in ("away", "closer")]
+        naming = [p for p in plain if any(NOUNS.get(cue) for cue in (*p.cues, p.concept))]
         return bool(naming) and not self.meant(self.pieces)
 
     @cached_property
@@ -344,12 +345,12 @@ class Remark:
     @property
     def adds(self) -> bool:
         """Whether something further is asked for: "and near the bottle too"."""
-        return bool(self.cued("also")) or self.pieces[0].text in ("and", "now", "n")
+        return bool(self.cued("also")) or any(p.text in ("and", "now", "n") for p in self.pieces[:1])
 
     @property
     def corrects(self) -> bool:
         """Whether something else is said to be meant: "no, near the bottle"."""
-        return self.pieces[0].text in NOES or bool(self.cued("meant"))
+        return bool(self.cued("meant")) or any(p.text in NOES for p in self.pieces[:1])
 
     def unread(self, used: Sequence[Phrase]) -> bool:
         """Whether something is asked for beside some pieces, or their clauses hold words that nothing knows."""
