@@ -16,6 +16,8 @@ from ovita.paths.scene import Scene
 OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
 """Words for another object, without its name."""
 
+NEAR = ("near", "around")
+
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 
 
@@ -66,7 +68,7 @@ def objects(said: Remark) -> Iterator[Candidate]:
     items = tuple(dict.fromkeys(name for p in new for name in p.items)) or said.alike(said.before[about[-1]])
     several = len(new) > 1 or any(map(_several, new))
     items = items if several else tuple(name for name in items if name not in known)
-    near = [p for p in said.active if p.concept in ("near", "around") and said.corrects]
+    near = [p for p in said.active if p.concept in NEAR and said.corrects]
     used = (*new, *others, *near, *(p for p in said.active if {*p.items} & known), *said.cued("not", "flip"))
     if len(items) == 1 or several:
         yield Candidate((E.Replace(on=said.on(about[-1]), objects=items),), used)
@@ -81,7 +83,8 @@ def copies(said: Remark) -> Iterator[Candidate]:
     names = [name for p in new for name in p.items if about and name not in about[-1].named]
     if names and (said.adds or said.cued("same")):
         (copy,) = apply((E.Replace(objects=tuple(dict.fromkeys(names))),), (about[-1],), Scene())
-        yield Candidate((E.Also(frame=copy),), (*new, *said.cued("also")))
+        near = [p for p in said.active if p.concept in NEAR]
+        yield Candidate((E.Also(frame=copy),), (*new, *near, *said.cued("also")))
 
 
 def ends(said: Remark) -> Iterator[Candidate]:
@@ -113,7 +116,7 @@ def drops(said: Remark) -> Iterator[Candidate]:
     denied = [] if said.cued("less", "weak", "enough") else _denied(said)
     words = denied or [p for p in said.active if pieces and said.meant([p])]
     meant = said.meant([p for p in words if not p.items]) or said.meant(words)
-    used = (*pieces, *words, *said.cued("not", "except", "keep", "but"))
+    used = (*pieces, *words, *said.cued("not", "except", "keep"))
     if meant:
         yield from _without(said, meant, [heading(p) for p in words if heading(p)], used)
 

@@ -99,7 +99,7 @@ NOES = ("no", "nope", "nah")
 IDLE = frozenset("if as than now there till does all very what where know".split())
 """Words of other classes that ask for nothing in feedback."""
 
-POLITE = frozenset("accept keep enough same weak meant".split())
+POLITE = frozenset("accept keep enough same weak meant but".split())
 """Cues of words that ask for nothing by themselves."""
 
 
