@@ -23,11 +23,11 @@ ORDINALS = {"first": 1, "second": 2, "third": 3}
 
 def flips(said: Remark) -> Iterator[Candidate]:
     """The other way: "the opposite direction", "anticlockwise"."""
-    pieces, turned = said.cued("flip", "ccw", "cw"), said.cued("ccw", "cw")
-    if pieces and (not turned or any(isinstance(f, F.Figure | F.Rotate) for f in said.before)):
+    turning = any(isinstance(frame, F.Figure | F.Rotate) for frame in said.before)
+    if pieces := said.cued("flip", "ccw", "cw") if turning else said.cued("flip"):
         ways = [i for i in said.targets if directions_of(said.before[i])] or said.targets
-        named = [p for p in said.active if said.meant([p]) or p.text in OTHERS]
-        yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *named))
+        others = [p for p in said.active if p.text in OTHERS]
+        yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *others))
 
 
 def contraries(said: Remark) -> Iterator[Candidate]:
@@ -42,54 +42,75 @@ def contraries(said: Remark) -> Iterator[Candidate]:
 
 def directions(said: Remark) -> Iterator[Candidate]:
     """Another direction than was said: "right, not left"."""
-    named = [p for p in said.active if heading(p)]
     for i in reversed(said.targets):
         frame = said.before[i]
         known = directions_of(frame)
-        ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
-        new = [p for p in named if known and heading(p) in {*ways}.difference(known) and not said.negated(p)]
-        old = [p for p in named if heading(p) in known]
-        old += [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
+        new = [p for p in said.headed if heading(p) in _other_ways(frame) and not said.negated(p)]
+        old = [p for p in said.headed if heading(p) in known] + _passed(said, frame)
         if new and (old or said.corrects):
             direction: Any = heading(new[-1])
-            edit = E.Replace(on=said.on(i), direction=direction)
-            yield Candidate((edit,), (*new, *old, *said.cued("not")))
+            yield Candidate((E.Replace(on=said.on(i), direction=direction),), (*new, *old, *said.cued("not")))
             return
+
+
+def _other_ways(frame: F.SemanticFrame) -> set[str]:
+    """The directions that a frame could have instead of its own; none where it has none."""
+    known = set(directions_of(frame))
+    ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
+    return set(ways) - known if known else set()
+
+
+def _passed(said: Remark, frame: F.SemanticFrame) -> list[Phrase]:
+    """The pieces that name what is passed on a side."""
+    return [p for p in said.active if isinstance(frame, F.Side) and {*p.items} & {*frame.objects}]
 
 
 def objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said."""
-    about = [i for i in said.targets if said.before[i].named] or [i for i, f in enumerate(said.before) if f.named]
-    known = {name for frame in said.before for name in frame.named}
-    new = [p for p in said.active if p.items and not {*p.items} <= known and not said.negated(p)]
+    new = [p for p in said.active if {*p.items} - said.known and not said.negated(p)]
     others = [p for p in said.active if p.text in OTHERS]
-    if said.adds or not about or not (new or others):
+    i = _about_objects(said)
+    if said.adds or i is None or not (new or others):
         return
-    items = tuple(dict.fromkeys(name for p in new for name in p.items)) or said.alike(said.before[about[-1]])
-    several = len(new) > 1 or any(map(_several, new))
-    items = items if several else tuple(name for name in items if name not in known)
-    near = [p for p in said.active if p.concept in NEAR and said.corrects]
-    used = (*new, *others, *near, *(p for p in said.active if {*p.items} & known), *said.cued("not", "flip"))
+    items, several = _items(new) or said.alike(said.before[i]), len(new) > 1 or any(map(_several, new))
+    items = items if several else tuple(name for name in items if name not in said.known)
+    near = said.of(*NEAR) if said.corrects else []
+    used = (*new, *others, *near, *said.naming, *said.cued("not", "flip"))
     if len(items) == 1 or several:
-        yield Candidate((E.Replace(on=said.on(about[-1]), objects=items),), used)
+        yield Candidate((E.Replace(on=said.on(i), objects=items),), used)
     elif items:
         yield Candidate((), used, "Which one: " + " or ".join(map(repr, items)) + "?", items)
+
+
+def _about_objects(said: Remark) -> int | None:
+    """Number of the last frame about objects, of those that are meant if one of these is."""
+    about = [i for i, frame in enumerate(said.before) if frame.named]
+    return next(reversed([i for i in about if i in said.targets] or about), None)
+
+
+def _items(pieces: Sequence[Phrase]) -> tuple[str, ...]:
+    """The objects that some pieces name."""
+    return tuple(dict.fromkeys(name for p in pieces for name in p.items))
+
+
+def _several(piece: Phrase) -> bool:
+    """Whether a piece means all of several objects: "both cups"."""
+    return piece.text.endswith("s") or "both" in piece.text.split()
 
 
 def copies(said: Remark) -> Iterator[Candidate]:
     """The same for another object besides: "the same for the bottle"."""
     new = [p for p in said.active if p.items]
     about = [frame for frame in said.before if frame.named]
-    names = [name for p in new for name in p.items if about and name not in about[-1].named]
+    names = [name for name in _items(new) if about and name not in about[-1].named]
     if names and (said.adds or said.cued("same")):
-        (copy,) = apply((E.Replace(objects=tuple(dict.fromkeys(names))),), (about[-1],), Scene())
-        near = [p for p in said.active if p.concept in NEAR]
-        yield Candidate((E.Also(frame=copy),), (*new, *near, *said.cued("also")))
+        (copy,) = apply((E.Replace(objects=tuple(names)),), (about[-1],), Scene())
+        yield Candidate((E.Also(frame=copy),), (*new, *said.of(*NEAR), *said.cued("also")))
 
 
 def ends(said: Remark) -> Iterator[Candidate]:
     """The other end of the path than was said: "I meant the goal"; or that one besides: "the goal as well"."""
-    pieces = [p for p in said.active if p.concept in ("start", "goal")]
+    pieces = said.of("start", "goal")
     end: Any = pieces[-1].concept if pieces else ""
     for frame in said.before if end else ():
         if isinstance(frame, F.MoveEnd) and frame.end != end:
@@ -104,17 +125,12 @@ def everywhere(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Restrict(on=said.on(said.targets[-1]), part=WHOLE),), whole)
 
 
-def _several(piece: Phrase) -> bool:
-    """Whether a piece means all of several objects: "both cups"."""
-    return piece.text.endswith("s") or "both" in piece.text.split()
-
-
 def drops(said: Remark) -> Iterator[Candidate]:
     """Without some of the frames: "forget the shift", "no waiting"."""
-    pieces = said.cued("undo") or [p for p in said.active if p.concept == "original"]
+    pieces = said.cued("undo") or said.of("original")
     yield from _ordinals(said, pieces)
     denied = [] if said.cued("less", "weak", "enough") else _denied(said)
-    words = denied or [p for p in said.active if pieces and said.meant([p])]
+    words = denied or (said.naming if pieces else [])
     meant = said.meant([p for p in words if not p.items]) or said.meant(words)
     used = (*pieces, *words, *said.cued("not", "except", "keep"))
     if meant:
@@ -123,15 +139,14 @@ def drops(said: Remark) -> Iterator[Candidate]:
 
 def only(said: Remark) -> Iterator[Candidate]:
     """Without all but what is named: "only the slowing down"."""
-    named = [p for p in said.active if said.meant([p])]
-    kept = said.meant(named) if said.cued("only") else []
-    used = (*named, *said.cued("only"))
+    kept = said.meant(said.naming) if said.cued("only") else []
+    used = (*said.naming, *said.cued("only"))
     if kept and said.cued("keep"):  # "leave the speed alone"
         yield from _without(said, kept, (), used)
     elif kept and len(kept) < len(said.before):
         yield Candidate(tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in kept), used)
     elif len(kept) == 1:
-        ways = {heading(p) for p in named}
+        ways = {heading(p) for p in said.naming}
         gone = [way for way in directions_of(said.before[kept[0]]) if way not in ways]
         yield Candidate(tuple(E.Drop(on=way) for way in gone), used)
 
@@ -141,9 +156,9 @@ def _denied(said: Remark) -> list[Phrase]:
     excepted = said.cued("except")
     if excepted:
         behind = said.active[said.active.index(excepted[-1]) + 1 :]
-        return [] if any(p.items for p in behind) else [p for p in behind if said.meant([p])]
-    denied = [p for p in said.active if said.denies(p) and said.meant([p]) and p.text not in ADJECTIVES]
-    return [] if any(heading(p) and not said.denies(p) for p in said.active) else denied
+        return [] if any(p.items for p in behind) else [p for p in behind if p in said.naming]
+    denied = [p for p in said.naming if said.denies(p) and p.text not in ADJECTIVES]
+    return denied if all(said.denies(p) for p in said.headed) else []
 
 
 def _without(said: Remark, meant: Sequence[int], ways: Sequence[str], used: tuple[Phrase, ...]) -> Iterator[Candidate]:

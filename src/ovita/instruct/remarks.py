@@ -363,6 +363,25 @@ class Remark:
         i = self.active.index(piece)
         return piece.text in NOES and not any(p.text[0].isalnum() for p in self.active[i + 1 : i + 2])
 
+    @cached_property
+    def naming(self) -> list[Phrase]:
+        """The active pieces that name a frame."""
+        return [p for p in self.active if self.meant([p])]
+
+    @cached_property
+    def headed(self) -> list[Phrase]:
+        """The active pieces that name a direction."""
+        return [p for p in self.active if heading(p)]
+
+    @cached_property
+    def known(self) -> set[str]:
+        """The objects of what was done."""
+        return {name for frame in self.before for name in frame.named}
+
+    def of(self, *kinds: str) -> list[Phrase]:
+        """The active pieces of some concepts."""
+        return [p for p in self.active if p.concept in kinds]
+
     def cued(self, *names: str) -> list[Phrase]:
         """The active pieces with one of these cues."""
         return [p for p in self.active if p.cues & set(names)]
