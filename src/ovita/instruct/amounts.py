@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
@@ -144,9 +144,9 @@ def amounts(said: Remark) -> Iterator[Candidate]:
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
     named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
-    factor, pieces = _factor(said)
+    factor = _factor(said)
     if sized and factor is not None:
-        yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces))
+        yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor[0]), (*used, *factor[1]))
     elif signs := _signs(said, sized):
         yield _more_or_less(said, signs, used)
 
@@ -188,24 +188,36 @@ def _scaled(said: Remark, where: list[int], edit: Callable[[str], E.Edit], used:
     return Candidate((edit(_way(said, where[-1])),), used)
 
 
-def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
+_Factor: TypeAlias = tuple[float, tuple[Phrase, ...]]
+"""A factor, and the pieces that it is read from."""
+
+
+def _factor(said: Remark) -> _Factor | None:
     """A factor on what was done: half of that, three times as much, 50 % more."""
-    for i, piece in enumerate(said.active):
-        before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
-        word = next((cue for cue in FACTORS if cue in piece.cues), "")
-        counted = any(p.concept in ORDINALS for p in before) or (word == "twice" and _turn_words(said))
-        if word and not counted:
-            return FACTORS[word], (piece,)
-        if piece.number is None:
-            continue
-        if piece.number.unit == "x" and not said.counted(piece.number):
-            return piece.number.value, (piece, *behind)
-        by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
-        near = {cue for p in (*before, *behind, *by) for cue in p.cues}
-        if piece.number.unit == "%" and near & {"more", "less"}:
-            sign = -1 if "less" in near else 1
-            return 1 + sign * piece.number.value, (piece, *before, *behind, *by)
-    return None, ()
+    found = (read(said, i) for i in range(len(said.active)) for read in (_factor_word, _factor_number))
+    return next((factor for factor in found if factor is not None), None)
+
+
+def _factor_word(said: Remark, i: int) -> _Factor | None:
+    """Half, twice, a third; not in "the second half" and "go round twice"."""
+    piece = said.active[i]
+    word = next((cue for cue in FACTORS if cue in piece.cues), "")
+    part = any(p.concept in ORDINALS for p in said.active[max(i - 1, 0) : i])
+    turns = word == "twice" and bool(_turn_words(said))
+    return (FACTORS[word], (piece,)) if word and not (part or turns) else None
+
+
+def _factor_number(said: Remark, i: int) -> _Factor | None:
+    """Three times, 50 % more."""
+    piece, q = said.active[i], said.active[i].number
+    before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
+    if q is not None and q.unit == "x" and not said.counted(q):
+        return q.value, (piece, *behind)
+    by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
+    near = {cue for p in (*before, *behind, *by) for cue in p.cues}
+    if q is not None and q.unit == "%" and near & {"more", "less"}:
+        return 1 + (-1 if "less" in near else 1) * q.value, (piece, *before, *behind, *by)
+    return None
 
 
 def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
@@ -226,7 +238,7 @@ def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ..
 
 
 def _sense(piece: Phrase) -> str:
-    return _adjective(piece) or SENSES.get(piece.concept, "")
+    return ADJECTIVES.get(piece.text) or SENSES.get(piece.concept, "")
 
 
 def _along(piece: Phrase, senses: Collection[str]) -> int:
@@ -235,11 +247,6 @@ def _along(piece: Phrase, senses: Collection[str]) -> int:
         return 0
     sense = _sense(piece)
     return 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
-
-
-def _adjective(piece: Phrase) -> str:
-    """What more of the adjective is that a piece is alone, or ""."""
-    return ADJECTIVES.get(piece.text, "")
 
 
 def _resolved(piece: Phrase) -> bool:
@@ -253,5 +260,5 @@ def _judgement(said: Remark, piece: Phrase, before: Sequence[Phrase], behind: Se
     enough = any("enough" in p.cues for p in behind[:1])
     judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
     judged = judged or any("less" in p.cues for p in behind)
-    graded = _adjective(piece) and (judged or enough or said.cued("more", "weak"))
-    return judged, _resolved(piece) or bool(graded) or any(w.endswith("er") for w in piece.text.split())
+    graded = piece.text in ADJECTIVES and (judged or enough or bool(said.cued("more", "weak")))
+    return judged, _resolved(piece) or graded or any(w.endswith("er") for w in piece.text.split())
