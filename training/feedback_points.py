@@ -2,7 +2,7 @@
 
 `python training/feedback_points.py VOICE,VOICE,...` reads the voices named, which the network must not have been
 trained on: their feedback, and every third of their first requests and all that is improper, said after the frames of
-some feedback of the same voice; and the plain feedback of the tests. It prints the points of
+some feedback of the same voice. It prints the points of
 `instruct/looking_back.GROUNDS` (conditional logistic regression: of the ways to take an utterance, those that are right
 are to be the likeliest), and how many would be taken rightly, each voice judged by points that were fitted on the
 others. What the rules alone decide is left out.
@@ -10,12 +10,10 @@ others. What the rules alone decide is left out.
 
 from __future__ import annotations
 
-import operator
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from evaluate_feedback import CORPUS, Example, examples, outcome
@@ -25,11 +23,10 @@ from ovita.instruct import frames as F
 from ovita.instruct.edits import Also
 from ovita.instruct.looking_back import EVEN, GROUNDS, Hearing, Retrospect, ways
 from ovita.instruct.referee import overheard
-from ovita.instruct.rules import read, reader
-from ovita.paths.scene import Scene, SceneObject
+from ovita.instruct.rules import reader
 
 RIDGE = 1.0
-WEIGHTS = {"feedback": 1.0, "first requests": 0.4, "improper": 0.3, "plain": 1.0}
+WEIGHTS = {"feedback": 1.0, "first requests": 0.4, "improper": 0.3}
 """How much an utterance of each kind counts."""
 
 NAMES = [(who, name) for who, grounds in GROUNDS.items() for name in grounds]
@@ -41,7 +38,7 @@ class Row:
 
     Args:
         voice: Who says it.
-        kind: "feedback", "first requests", "improper" or "plain".
+        kind: "feedback", "first requests" or "improper".
         grounds: What speaks for each way to take it (K, G).
         right: Which ways are right (K,).
     """
@@ -85,20 +82,6 @@ def _weighed(
     return Row(voice, kind, grounds, np.array([is_right(reading) for reading in readings.values()]))
 
 
-def plain() -> Iterator[Row]:
-    """The plain feedback of the tests, which the rules read rightly."""
-    sys.path.insert(0, str(CORPUS.parents[1] / "tests"))
-    from dialogue.feedback_sentences import FOURTH, ROWS, SECOND, THIRD
-
-    scene = Scene(tuple(SceneObject(name, [0.1 * i, 0.3, 0.2]) for i, name in enumerate(("cup", "table", "bottle"))))
-    for first, sentence, wanted in (*ROWS, *SECOND, *THIRD, *FOURTH):
-        before = tuple(frame for said in first for frame in read(said, scene).frames)
-        if before and "status" not in wanted:
-            found, heard = overheard(sentence, scene, before, None, reader(scene, None))
-            if heard is not None and "rules" in ways(found, heard):
-                yield _weighed("", "plain", found, heard, partial(operator.eq, found.reading))
-
-
 def _is_right(line: Example, reading: F.Reading, instruction: bool) -> bool:
     """Whether a way to take a line comes to what its writer noted; how a first request is read is not judged here."""
     if line.edits:
@@ -132,14 +115,13 @@ def fitted(data: Sequence[Row]) -> np.ndarray:
 
 def main(voices: str) -> None:
     """Fit, and print the points and the counts."""
-    data = [row for voice in voices.split(",") for row in rows(voice)] + list(plain())
+    data = [row for voice in voices.split(",") for row in rows(voice)]
     for (who, name), value in zip(NAMES, fitted(data), strict=True):
         print(f"{who:12} {name:24} {value:.2f}")
     counts: dict[str, Counter[str]] = {
         "feedback": Counter(),
         "first requests": Counter(),
         "improper": Counter(),
-        "plain": Counter(),
     }
     for voice in {row.voice for row in data}:
         points = fitted([row for row in data if row.voice != voice])

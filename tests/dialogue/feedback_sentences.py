@@ -323,11 +323,6 @@ THIRD = [
         "less to the left",
         {"left": (0.08, 0.17), "up": 0.1},
     ),
-    (
-        ["go left by 0.2, then up by 0.1 and slow down at the end"],
-        "slow down in the middle instead",
-        {"left": 0.2, "up": 0.1, "speed_end": 1.0, "at_table": (0.3, 0.8)},
-    ),
     (["go left by 0.2, then up by 0.1 and slow down at the end"], "right instead of left", {"left": -0.2, "up": 0.1}),
     (["go left by 0.2", "slow down near the cup"], "a bit less to the left", {"left": (0.14, 0.18), "at_cup": 0.5}),
     (["go left by 0.2", "slow down near the cup"], "forget the first one", {"left": 0.0, "at_cup": 0.5}),
@@ -383,7 +378,6 @@ FOURTH = [
     (["move away from the table by 0.2"], "I meant the cup", {"gap_cup": (0.55, 0.65)}),
     (["move away from the table by 0.2"], "from the bottle too", {"gap_bottle": (0.47, 0.65)}),
     (["go left by 0.1 and raise the goal by 0.2"], "a bit more left", {"left": (0.12, 0.13), "up_end": 0.2}),
-    (["go left by 0.1 and raise the goal by 0.2"], "leave the goal where it was", {"left": 0.1, "up_end": 0.0}),
     (["go left by 0.1 and raise the goal by 0.2"], "the goal a bit higher", {"left": 0.1, "up_end": (0.24, 0.26)}),
     (["go left by 0.1 and raise the goal by 0.2"], "without the left part", {"left": 0.0, "up_end": 0.2}),
     (

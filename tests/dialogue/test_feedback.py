@@ -340,19 +340,18 @@ def test_a_models_knob_called_a_distance_is_still_known_by_its_direction():
     assert session.say("slightly more to the left").parameters[0].value == pytest.approx(0.25)
 
 
-@pytest.mark.parametrize(
-    ("said", "why"),
-    [
-        ("purple monkeys 1", "far from what it was"),
-        ("3 knots, not 2", "should not be"),
-        ("plus 4 cm", "a further change"),
-    ],
-)
-def test_a_number_that_may_mean_something_else_is_shown_first(said, why):
+@pytest.mark.parametrize("said", ["purple monkeys 1", "plus 4 cm"])
+def test_a_number_among_words_that_say_nothing_of_the_turn_before_is_not_done(said):
     session = after(("go left by 0.2",)).draft()
     before = session.current
-    asked = session.say(said)
-    assert asked.status == "needs_confirmation" and why in " ".join(asked.warnings)
+    assert session.say(said).status in ("not_understood", "needs_clarification") and session.current == before
+
+
+def test_a_number_that_may_mean_something_else_is_shown_first():
+    session = after(("go left by 0.2",)).draft()
+    before = session.current
+    asked = session.say("3 knots, not 2")
+    assert asked.status == "needs_confirmation" and "should not be" in " ".join(asked.warnings)
     assert session.current == before == asked.adapted
     assert session.say("no").status != "done" or session.current == before
 

@@ -12,6 +12,7 @@ from ovita.instruct.editing import apply, by_hand
 from ovita.instruct.feedback import read_feedback
 from ovita.instruct.frames import Quantity, from_json, same, to_json
 from ovita.instruct.notation import parse, parse_edits, show
+from ovita.instruct.referee import feedback as refereed
 from ovita.instruct.rules import read
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
@@ -31,16 +32,12 @@ SAID = [
     ("move left=20cm", "the other way", "move right=20cm"),
     ("move left=20cm", "right, not left", "move right=20cm"),
     ("closer cup by=5cm", "I meant the blue box", "closer blue_box by=5cm"),
-    ("smooth", "but not the start and the goal", "smooth @!first @!last"),
-    ("pace slower @last=50%", "not the last half, the first half", "pace slower @first=50%"),
     ("wait at=cup for=2s", "make that 5 seconds", "wait at=cup for=5s"),
-    ("pace slower", "only near the cup", "pace slower @near=cup"),
     ("move up=10cm", "I can hardly see a difference", "move up=15cm"),
     ("circle cup radius=10cm turns=2", "bigger", "circle cup radius=15cm turns=2"),
     ("pace slower; move up=10cm", "leave the speed out", "move up=10cm"),
     ("pace slower by=20%; move up=10cm", "the lift is fine, but slower still", "pace slower by=30%; move up=10cm"),
     ("move up=10cm", "5 cm more", "move up=15cm"),
-    ("clearance person at_least=50cm", "80 would be safer", "clearance person at_least=80cm"),
 ]
 
 
@@ -53,28 +50,18 @@ def test_what_is_said_about_frames_changes_them(before, said, wanted):
 
 
 BESIDE_INSTRUCTIONS = [
-    ("end goal to=cup", "and stay there for 2 seconds", "end goal to=cup; wait at=goal for=2s"),
-    ("closer person by=5cm", "also linger there for 3 s", "closer person by=5cm; wait at=person for=3s"),
     ("side cup left", "on the right of it, sorry", "side cup right"),
     ("side cup left", "behind it, sorry", "side cup back"),
-    ("side person left", "pass on its right instead", "side person right"),
     ("pace slower @near=cup", "do the same near the person", "pace slower @near=cup; pace slower @near=person"),
-    ("pace slower", "but not around the person", "pace slower @!near=person"),
-    ("move up=10cm", "only in the second half", "move up=10cm @last=50%"),
-    ("farther cup by=20cm", "a great deal more, my cat drinks from it", "farther cup by=40cm"),
     ("move left=20cm; pace slower by=20%", "more to the left and slower", "move left=30cm; pace slower by=30%"),
     ("move left=20cm; move up=10cm", "a bit more to the left", "move left=25cm; move up=10cm"),
     ("move left=20cm up=10cm", "a bit more to the left", "move left=25cm up=10cm"),
     ("move left=20cm up=10cm", "15 cm instead of 10 cm", "move left=20cm up=15cm"),
     ("move left=20cm; move up=10cm; pace slower", "everything but the shift to the left", "move up=10cm; pace slower"),
     ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
-    ("move up=10cm", "that's quite right", "move up=10cm"),
     ("move up=10cm", "lower it again", "move up=6.7cm"),
     ("move left=10cm", "more, more, more!", "move left=20cm"),
     ("clearance person at_least=50cm", "a whole metre", "clearance person at_least=1m"),
-    ("zigzag size=4mm @middle", "over the last part also", "zigzag size=4mm @middle; zigzag size=4mm @last"),
-    ("wait at=cup for=5s", "time to lift the lid, so ten seconds", "wait at=cup for=10s"),
-    ("pace slower by=30%; move up=2cm", "the speed should drop less than that", "pace slower by=20%; move up=2cm"),
     ("tilt left 5deg", "the other side, please", "tilt right 5deg"),
 ]
 
@@ -88,6 +75,31 @@ def test_feedback_is_told_from_instructions(before, said, wanted):
     frames = parse(before, NAMES)
     reading = read_beside(said, frames)
     assert reading is not None and not reading.question
+    assert same(apply(reading.edits, frames, SCENE, REALISED), parse(wanted, NAMES))
+
+
+IN_PART = [
+    ("pace slower @last=50%", "not the last half, the first half", "pace slower @first=50%"),
+    ("pace slower", "only near the cup", "pace slower @near=cup"),
+    ("clearance person at_least=50cm", "80 would be safer", "clearance person at_least=80cm"),
+    ("end goal to=cup", "and stay there for 2 seconds", "end goal to=cup; wait at=goal for=2s"),
+    ("closer person by=5cm", "also linger there for 3 s", "closer person by=5cm; wait at=person for=3s"),
+    ("side person left", "pass on its right instead", "side person right"),
+    ("pace slower", "but not around the person", "pace slower @!near=person"),
+    ("move up=10cm", "only in the second half", "move up=10cm @last=50%"),
+    ("farther cup by=20cm", "a great deal more, my cat drinks from it", "farther cup by=40cm"),
+    ("move up=10cm", "that's quite right", "move up=10cm"),
+    ("zigzag size=4mm @middle", "over the last part also", "zigzag size=4mm @middle; zigzag size=4mm @last"),
+    ("wait at=cup for=5s", "time to lift the lid, so ten seconds", "wait at=cup for=10s"),
+    ("pace slower by=30%; move up=2cm", "the speed should drop less than that", "pace slower by=20%; move up=2cm"),
+]
+
+
+@pytest.mark.parametrize(("before", "said", "wanted"), IN_PART)
+def test_what_the_rules_read_in_part_is_read_by_the_network(before, said, wanted):
+    frames = parse(before, NAMES)
+    assert read_beside(said, frames) is None
+    reading = refereed(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None, earlier))
     assert same(apply(reading.edits, frames, SCENE, REALISED), parse(wanted, NAMES))
 
 
@@ -198,5 +210,5 @@ def test_the_training_voices_are_read(tmp_path):
     for voice in sorted((CORPUS / "voices").glob("*.txt"))[::4]:
         (tmp_path / voice.name).symlink_to(voice)
     counts = measured(tmp_path, every=4).values()
-    right, total = sum(c["right"] for c in counts), sum(c.total() for c in counts)
-    assert right >= 0.75 * total, f"{right} of {total}"
+    right, read = sum(c["right"] for c in counts), sum(c.total() - c["none"] for c in counts)
+    assert right >= 0.8 * read and read > 150, f"{right} of {read}"

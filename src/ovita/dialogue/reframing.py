@@ -22,7 +22,7 @@ from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import named_frames, named_objects, only_where, read_feedback
+from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
 from ovita.instruct.lexicon import amount_at
 from ovita.instruct.looking_back import EVEN
@@ -204,7 +204,7 @@ class DialogueState:
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Feedback | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _realised(results)
-        offline = results and self._offline and not only_where(said, self.now.scene)
+        offline = results and self._offline and not vaguely_where(said, self.now.scene)
         read = refereed if offline else read_feedback
         reading = read(said, self.now.scene, frames, self.current.positions, self._read)
         if results and not _is_certain(self._read(said)):
@@ -262,7 +262,7 @@ class DialogueState:
 
     def _instructed(self, said: str, on: FeedbackOn) -> Interpretation:
         """An instruction for the chain; on the original it is added to the frames of all turns."""
-        unplaced = only_where(said, self.now.scene) if self._offline and self.history.head != ROOT else ()
+        unplaced = vaguely_where(said, self.now.scene) if self._offline and self.history.head != ROOT else ()
         if unplaced:
             # What says nothing but where is about the turn before: as an instruction it would lose the "only".
             return Interpretation(self._adapt(said, self.current, unplaced=unplaced))

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.corrections import parts_in
 from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import quantity
@@ -26,9 +25,6 @@ from ovita.instruct.remarks import (
     senses_of,
 )
 
-COUNTED = {"turns": "turns", "wave": "waves", "waypoints": "amount", "quadrant": ""}
-"""The slot that a bare number is for, by the word behind it."""
-
 NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
 
 ORDINALS = ("first", "last", "middle", "second")
@@ -36,37 +32,20 @@ ORDINALS = ("first", "last", "middle", "second")
 
 def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
-    placed = {id(p) for where in parts_in(said) for p in where.pieces}
-    stated = [p for p in said.active if p.number and id(p) not in placed] or _turn_words(said)
+    stated = [p for p in said.active if p.number] or _turn_words(said)
     old = {id(p): where for p in stated if (where := _held(p, said)) and (len(stated) > 1 or said.negated(p))}
     meant = next(iter(old.values())) if len(old) == 1 else None
     found: dict[tuple[int, str], E.Edit] = {}
     used: list[Phrase] = []
     for piece in [p for p in stated if id(p) not in old]:
         where = meant or _slot_of(piece, said)
-        if where is not None and not _otherwise(said, said.before[where[0]]) and not _absurd(piece, where, said):
+        if where is not None:
             found[where] = _set(piece, where, said)
-            used += [piece, *_around(piece, said)]
+            used += [p for p in said.active if names(p, said.before[where[0]])]
     if found:
         extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
-        yield Candidate(tuple(found.values()), (*used, *extra, *stated), 0.5)
-
-
-def _otherwise(said: Remark, frame: F.SemanticFrame) -> bool:
-    """Whether a direction is named that a frame with lengths does not have."""
-    lengths = any("m" in units for units in slots(frame).values())
-    labelled = any(p.cues & set(NAMED) for p in said.active)
-    return lengths and not labelled and any(heading(p) not in directions_of(frame) for p in said.active if heading(p))
-
-
-def _absurd(piece: Phrase, where: tuple[int, str], said: Remark) -> bool:
-    """Whether a bare number is far beyond what stood in the slot, as in "42 is the answer"."""
-    q, had = piece.number, said.before[where[0]].quantities.get(where[1])
-    return q is not None and had is not None and not q.unit and q.value * scale_of(had) > FAR * abs(had.value)
-
-
-FAR = 25.0
-"""How many times as much a bare number may ask for."""
+        extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
+        yield Candidate(tuple(found.values()), (*used, *extra, *stated))
 
 
 def _held(piece: Phrase, said: Remark) -> tuple[int, str] | None:
@@ -99,14 +78,12 @@ def _turn_words(said: Remark) -> list[Phrase]:
 def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     assert piece.number is not None
-    unit, only = piece.number.unit, _counted(piece, said)
+    unit = piece.number.unit
     named = _named_slots(piece, said)
     best: tuple[float, int, str] | None = None
     for i in said.targets:
         held = said.before[i].quantities
         for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
-            if only not in (None, slot):
-                continue
             if slot in held and _surely(unit, slot, held[slot].unit):
                 return i, slot
             score = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
@@ -134,20 +111,6 @@ def _another_measure(unit: str, had: F.Quantity | None) -> bool:
 
 FACTORED = ("%", "x")
 """Units of shares and multiples."""
-
-
-def _counted(piece: Phrase, said: Remark) -> str | None:
-    """The slot that the word behind a bare number names ("three waves"), "" where it names none; None without one."""
-    i = said.active.index(piece) if piece in said.active else len(said.active)
-    behind = [c for p in said.active[i + 1 : i + 2] for c in (*p.cues, p.concept) if c in COUNTED]
-    bare = piece.number is not None and not piece.number.unit
-    return COUNTED[behind[0]] if behind and bare else None
-
-
-def _around(piece: Phrase, said: Remark) -> list[Phrase]:
-    return [
-        p for p in said.active if p.clause == piece.clause and not p.items and not p.number and not p.cues & {"undo"}
-    ]
 
 
 def _step(piece: Phrase, said: Remark) -> int:
@@ -181,9 +144,9 @@ def amounts(said: Remark) -> Iterator[Candidate]:
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
     named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
-    factor, pieces = _factor(said)
+    factor = _factor(said)
     if sized and factor is not None:
-        yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor), (*used, *pieces), 1.0)
+        yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor[0]), (*used, *factor[1]))
     elif signs := _signs(said, sized):
         yield _more_or_less(said, signs, used)
 
@@ -205,9 +168,9 @@ def _more_or_less(
     used = (*used, *(p for _, sensed in signs.values() for p in sensed))
     if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:
         edits = tuple(E.Rescale(on=_way(said, i), change=change, degree=degree) for i, change in changes.items())
-        return Candidate(edits, used, 0.0)
+        return Candidate(edits, used)
     last = changes[list(signs)[-1]]
-    return _scaled(said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), used, 0.0)
+    return _scaled(said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), used)
 
 
 def _way(said: Remark, i: int) -> str:
@@ -217,34 +180,44 @@ def _way(said: Remark, i: int) -> str:
     return ways[-1] if len(known) > 1 and ways else said.on(i)
 
 
-def _scaled(
-    said: Remark, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Phrase, ...], prior: float
-) -> Candidate:
+def _scaled(said: Remark, where: list[int], edit: Callable[[str], E.Edit], used: tuple[Phrase, ...]) -> Candidate:
     """One edit of the last of some frames; a question where they are of several kinds."""
     kinds = tuple(dict.fromkeys(name_of(said.before[i]) for i in where))
     if len(kinds) > 1:
-        return Candidate((), used, prior, "Which do you mean: " + " or ".join(kinds) + "?", kinds)
-    return Candidate((edit(_way(said, where[-1])),), used, prior)
+        return Candidate((), used, "Which do you mean: " + " or ".join(kinds) + "?", kinds)
+    return Candidate((edit(_way(said, where[-1])),), used)
 
 
-def _factor(said: Remark) -> tuple[float | None, tuple[Phrase, ...]]:
+_Factor: TypeAlias = tuple[float, tuple[Phrase, ...]]
+"""A factor, and the pieces that it is read from."""
+
+
+def _factor(said: Remark) -> _Factor | None:
     """A factor on what was done: half of that, three times as much, 50 % more."""
-    for i, piece in enumerate(said.active):
-        before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
-        word = next((cue for cue in FACTORS if cue in piece.cues), "")
-        counted = any(p.concept in ORDINALS for p in before) or (word == "twice" and _turn_words(said))
-        if word and not counted:
-            return FACTORS[word], (piece,)
-        if piece.number is None:
-            continue
-        if piece.number.unit == "x" and not said.counted(piece.number):
-            return piece.number.value, (piece, *behind)
-        by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
-        near = {cue for p in (*before, *behind, *by) for cue in p.cues}
-        if piece.number.unit == "%" and near & {"more", "less"}:
-            sign = -1 if "less" in near else 1
-            return 1 + sign * piece.number.value, (piece, *before, *behind, *by)
-    return None, ()
+    found = (read(said, i) for i in range(len(said.active)) for read in (_factor_word, _factor_number))
+    return next((factor for factor in found if factor is not None), None)
+
+
+def _factor_word(said: Remark, i: int) -> _Factor | None:
+    """Half, twice, a third; not in "the second half" and "go round twice"."""
+    piece = said.active[i]
+    word = next((cue for cue in FACTORS if cue in piece.cues), "")
+    part = any(p.concept in ORDINALS for p in said.active[max(i - 1, 0) : i])
+    turns = word == "twice" and bool(_turn_words(said))
+    return (FACTORS[word], (piece,)) if word and not (part or turns) else None
+
+
+def _factor_number(said: Remark, i: int) -> _Factor | None:
+    """Three times, 50 % more."""
+    piece, q = said.active[i], said.active[i].number
+    before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
+    if q is not None and q.unit == "x" and not said.counted(q):
+        return q.value, (piece, *behind)
+    by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
+    near = {cue for p in (*before, *behind, *by) for cue in p.cues}
+    if q is not None and q.unit == "%" and near & {"more", "less"}:
+        return 1 + (-1 if "less" in near else 1) * q.value, (piece, *before, *behind, *by)
+    return None
 
 
 def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
@@ -265,7 +238,7 @@ def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ..
 
 
 def _sense(piece: Phrase) -> str:
-    return _adjective(piece) or SENSES.get(piece.concept, "")
+    return ADJECTIVES.get(piece.text) or SENSES.get(piece.concept, "")
 
 
 def _along(piece: Phrase, senses: Collection[str]) -> int:
@@ -274,11 +247,6 @@ def _along(piece: Phrase, senses: Collection[str]) -> int:
         return 0
     sense = _sense(piece)
     return 1 if sense in senses else -1 if OPPOSITE.get(sense) in senses else 0
-
-
-def _adjective(piece: Phrase) -> str:
-    """What more of the adjective is that a piece is alone, or ""."""
-    return ADJECTIVES.get(piece.text, "")
 
 
 def _resolved(piece: Phrase) -> bool:
@@ -292,5 +260,5 @@ def _judgement(said: Remark, piece: Phrase, before: Sequence[Phrase], behind: Se
     enough = any("enough" in p.cues for p in behind[:1])
     judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
     judged = judged or any("less" in p.cues for p in behind)
-    graded = _adjective(piece) and (judged or enough or said.cued("more", "weak"))
-    return judged, _resolved(piece) or bool(graded) or any(w.endswith("er") for w in piece.text.split())
+    graded = piece.text in ADJECTIVES and (judged or enough or bool(said.cued("more", "weak")))
+    return judged, _resolved(piece) or graded or any(w.endswith("er") for w in piece.text.split())

@@ -181,21 +181,20 @@ def overheard(
 ) -> tuple[Retrospect, Hearing | None]:
     """An utterance as feedback and as an instruction by the rules, and what the network says if it has to be asked."""
     from ovita.instruct.feedback import retrospect
-    from ovita.instruct.looking_back import Hearing
+    from ovita.instruct.looking_back import Hearing, is_plain
 
     text = repaired(written_out(text), scene, positions)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_units(found.reading, said, positions).edits
     found = replace(found, best=replace(found.best, edits=edits))
-    guessed = all(chunk.kind in UNKNOWN for chunk in said)
-    reader = None if found.plain or guessed or not before else learned_reader()
+    guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
+    reader = None if is_plain(found) or guessed or not before else learned_reader()
     if reader is None:
         return found, None
     heard = reader.hear(text, scene, positions, before)
     learned, alone = in_units(reader.reading(heard), said, positions), reader.read(text, scene, positions)
-    total, _ = (heard.weigh(edits) if edits else None) or (-math.inf, 0.0)
-    return found, Hearing(learned, alone, total)
+    return found, Hearing(learned, alone)
 
 
 def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading:

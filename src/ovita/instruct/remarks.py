@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, TypeAlias
 
@@ -12,7 +12,19 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut, respelt
 from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import FEEDBACK, amount_at, and_a_half, concept_at, concepts, is_digits, stems, unit_at
+from ovita.instruct.lexicon import (
+    CONNECTIVES,
+    DETERMINERS,
+    FEEDBACK,
+    amount_at,
+    and_a_half,
+    concept_at,
+    concepts,
+    filler,
+    is_digits,
+    stems,
+    unit_at,
+)
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
@@ -24,11 +36,17 @@ SKIPPED = frozenset(
 )
 """Words that phrases of feedback are matched without."""
 
+SMALL = frozenset(
+    """more less again that that's those these too not only just instead than still yet even enough same also was were
+    been had did said say meant mean sorry back other opposite wrong change part thing no nope nah never rather as so
+    fine ok okay good better further another yes one like oh ah ugh hmm oops went near around at by from to of over
+    under past before after behind beside above below toward towards off between along with clear into""".split()
+)
+"""Words of feedback, and before a place, that say nothing by themselves."""
+
 GAPS = SKIPPED | {"all", "back", "right"}
 
 SHORT = (
-    (" + ", " also "),
-    ("quite right", "is right"),
     ("’", "'"),
     ("n't", " not"),
     ("'s ", " is "),
@@ -71,9 +89,24 @@ NOUNS: dict[str, tuple[str, ...]] = {
     "circle": ("circle",), "eight": ("eight",), "zigzag": ("zigzag",), "wave": ("wave",), "extend": ("extend",),
     "straight": ("straighten",), "resize": ("resize",), "curvature": ("curve",), "smooth": ("smooth",),
     "reverse": ("reverse",), "height": ("height", "move", "hover"), "distance": ("farther", "closer", "clearance"),
-    "away": ("farther", "clearance"), "closer": ("closer",), "waypoints": ("waypoints",), "noise": ("shake",),
+    "away": ("farther", "clearance"), "closer": ("closer",), "waypoints": ("waypoints",),
+    "noise": ("shake",),
 }  # fmt: skip
 """The frames that a word of feedback, or a concept, can mean."""
+
+
+NOES = ("no", "nope", "nah")
+IDLE = frozenset("if as than now there till does all very what where know".split())
+"""Words of other classes that ask for nothing in feedback."""
+
+POLITE = frozenset("accept keep enough same weak meant but".split())
+"""Cues of words that ask for nothing by themselves."""
+
+
+@cache
+def _small() -> frozenset[str]:
+    """Words that say nothing by themselves."""
+    return frozenset({*filler(), *CONNECTIVES, *DETERMINERS, *SKIPPED, *SMALL})
 
 
 @dataclass(frozen=True)
@@ -91,6 +124,17 @@ class Phrase:
     def content(self) -> bool:
         """Whether it says something that should be read."""
         return bool(self.items or self.number or self.cues or self.concept)
+
+    @property
+    def asks(self) -> bool:
+        """Whether feedback that does not read it leaves out what it may ask for."""
+        polite = self.cues and self.cues <= POLITE and not (self.items or self.number)
+        return self.content and not polite and self.text not in IDLE
+
+    @property
+    def unknown(self) -> bool:
+        """Whether it is a word that nothing knows."""
+        return not self.content and self.text[0].isalpha() and self.text not in _small()
 
 
 @cache
@@ -142,41 +186,29 @@ def pieces_of(
     catalog = Catalog(scene, positions)
     words, _ = respelt([word.lower() for word in cut(text)], catalog)
     earlier = tuple(item for frame in before for item in scene if item.name in frame.named)
-    figured = any(isinstance(frame, F.Figure) for frame in before)
     found: list[Phrase] = []
     i = clause = 0
     while i < len(words):
-        piece, used = _piece(words, i, catalog, earlier, clause, figured)
+        piece, used = _piece(words, i, catalog, earlier, clause)
         clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
         found.append(piece)
         i += used
-    return tuple(_denying(p, found[k + 1 : k + 2]) for k, p in enumerate(found))
-
-
-def _denying(piece: Phrase, behind: Sequence[Phrase]) -> Phrase:
-    """A piece, where "don't" takes nothing back if a verb follows it: "don't stay so far away"."""
-    verb = bool(behind) and behind[0].text[0].isalpha() and behind[0].text not in ("do", "that", "it", "this")
-    return replace(piece, cues=frozenset({"not"})) if piece.text == "do not" and verb else piece
+    return tuple(found)
 
 
 def _piece(
-    words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...], clause: int, figured: bool
+    words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[SceneObject, ...], clause: int
 ) -> tuple[Phrase, int]:
     """The phrase that begins at a word, and how many words it takes."""
-    word = words[i]
-    if word in ("wp", "wps"):
-        return Phrase(word, clause, concept="waypoints"), 1
     cues, cued = _cues_at(words, i)
     concept, length = concept_at(words, i)
-    if word == "r":
-        cues = cues - ({"right"} if figured else {"radius"})
     if concept == "reverse" and length > cued and {"other", "opposite"} & {*words[i : i + length]}:
         cues, cued, concept = frozenset({"flip"}), length, ""
     least, senseless = max(cued, length), not (cued or concept)
     what, used = _thing_at(words, i, catalog, earlier, least, senseless) or _number_at(words, i, least, cued) or ({}, 0)
     if not what:
         what, used = _sense_at(words[i : i + length], (cues, cued), concept)
-    text = " ".join(words[i : i + used]) if what else word  # of what says nothing the first word is enough
+    text = " ".join(words[i : i + used]) if what else words[i]  # of what says nothing the first word is enough
     return Phrase(text, clause, **what), used
 
 
@@ -273,9 +305,6 @@ def _counts(behind: Sequence[str]) -> bool:
     return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
 
 
-MOTIONS = ("go", "move", "shift", "drive", "fly", "raise", "lift")
-
-
 @dataclass(frozen=True)
 class Remark:
     """What was said, against the frames before it."""
@@ -295,8 +324,9 @@ class Remark:
     @cached_property
     def elsewhere(self) -> bool:
         """Whether it names kinds of change, and none of those before."""
-        naming = [p for p in self.pieces if any(NOUNS.get(cue) for cue in (*p.cues, p.concept)) and p.text != "move"]
-        return bool(naming) and not any(names(p, f) for p in naming for f in self.before)
+        plain = [p for p in self.pieces if p.text != "move" and p.concept not in ("away", "closer")]
+        naming = [p for p in plain if any(NOUNS.get(cue) for cue in (*p.cues, p.concept))]
+        return bool(naming) and not self.meant(self.pieces)
 
     @cached_property
     def praised(self) -> frozenset[int]:
@@ -308,33 +338,49 @@ class Remark:
         return frozenset(left) if clauses - left else frozenset()
 
     @cached_property
-    def request(self) -> str:
-        """What is left without the clauses that praise; "" where nothing is praised."""
-        return self.text_of({p.clause for p in self.active}) if self.praised else ""
-
-    def text_of(self, clauses: Set[int]) -> str:
-        """The words of some clauses."""
-        return " ".join(p.text for p in self.pieces if p.clause in clauses)
-
-    @cached_property
-    def beside(self) -> bool:
-        """Whether a short remark is about the side on which something is passed, and no motion: "in front of it"."""
-        content = [p for p in self.active if p.content]
-        moves = any(p.text in MOTIONS for p in self.pieces)
-        about = any(isinstance(f, F.Side) for f in self.before)
-        return about and len(content) <= 3 and (not moves or any(p.text == "of" for p in self.pieces))
-
-    @cached_property
     def active(self) -> tuple[Phrase, ...]:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
 
+    @property
+    def adds(self) -> bool:
+        """Whether something further is asked for: "and near the bottle too"."""
+        return bool(self.cued("also")) or any(p.text in ("and", "now", "n") for p in self.pieces[:1])
+
+    @property
+    def corrects(self) -> bool:
+        """Whether something else is said to be meant: "no, near the bottle"."""
+        return bool(self.cued("meant")) or any(p.text in NOES for p in self.pieces[:1])
+
+    def unread(self, used: Sequence[Phrase]) -> bool:
+        """Whether something is asked for beside some pieces, or their clauses hold words that nothing knows."""
+        clauses = {p.clause for p in used}
+        left = [p for p in self.active if p not in used]
+        return any((p.unknown and p.clause in clauses) or (p.asks and not self._refuses(p)) for p in left)
+
+    def _refuses(self, piece: Phrase) -> bool:
+        """Whether a piece is a "no" to what was done, not to what follows."""
+        i = self.active.index(piece)
+        return piece.text in NOES and not any(p.text[0].isalnum() for p in self.active[i + 1 : i + 2])
+
     @cached_property
-    def asks(self) -> bool:
-        """Whether an active clause asks for a change."""
-        known = {name for frame in self.before for name in frame.named}
-        sensed = (p.concept in SENSES or p.cues & ACTING or p.number or set(p.items) - known for p in self.active)
-        return any(sensed)
+    def naming(self) -> list[Phrase]:
+        """The active pieces that name a frame."""
+        return [p for p in self.active if self.meant([p])]
+
+    @cached_property
+    def headed(self) -> list[Phrase]:
+        """The active pieces that name a direction."""
+        return [p for p in self.active if heading(p)]
+
+    @cached_property
+    def known(self) -> set[str]:
+        """The objects of what was done."""
+        return {name for frame in self.before for name in frame.named}
+
+    def of(self, *kinds: str) -> list[Phrase]:
+        """The active pieces of some concepts."""
+        return [p for p in self.active if p.concept in kinds]
 
     def cued(self, *names: str) -> list[Phrase]:
         """The active pieces with one of these cues."""
@@ -456,13 +502,11 @@ class Candidate:
     Args:
         edits: What it changes.
         used: The pieces that it is read from.
-        prior: How much more, or less, likely it is than another with as many pieces.
         question: What has to be asked back.
         asked: What could be meant.
     """
 
     edits: tuple[E.Edit, ...]
-    used: tuple[Phrase, ...]
-    prior: float = 0.0
+    used: Sequence[Phrase]
     question: str = ""
     asked: tuple[str, ...] = ()
