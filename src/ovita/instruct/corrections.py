@@ -10,13 +10,17 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
 from ovita.instruct.remarks import ADJECTIVES, DIRECTIONS, SENSES, Candidate, Phrase, Remark, heading, senses_of
-from ovita.paths.part import WHOLE
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 
 OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
 """Words for another object, without its name."""
 
 NEAR = ("near", "around")
+
+STRETCH_AT = {"start": "first", "goal": "last"}
+STRETCHES = tuple(STRETCH_AT.values())
+"""The part of the path at each of its ends."""
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 
@@ -111,11 +115,25 @@ def copies(said: Remark) -> Iterator[Candidate]:
 def ends(said: Remark) -> Iterator[Candidate]:
     """The other end of the path than was said: "I meant the goal"; or that one besides: "the goal as well"."""
     pieces = said.of("start", "goal")
-    end: Any = pieces[-1].concept if pieces else ""
-    for frame in said.before if end else ():
+    end: Any = next((p.concept for p in reversed(pieces) if not said.negated(p)), "")
+    instead = said.corrects or len({p.concept for p in pieces}) == 2
+    for i, frame in enumerate(said.before if end else ()):
+        edit: E.Edit | None = None
         if isinstance(frame, F.MoveEnd) and frame.end != end:
             edit = E.Also(frame=replace(frame, end=end)) if said.adds else E.Replace(end=end)
-            yield Candidate((edit,), (*pieces, *said.cued("also")))
+        elif frame.part.kind in STRETCHES and frame.part.kind != STRETCH_AT[end] and instead:
+            edit = E.Restrict(on=said.on(i), part=replace(frame.part, kind=STRETCH_AT[end]))
+        if edit:
+            yield Candidate((edit,), (*pieces, *said.cued("also", "not")))
+
+
+def ends_left_out(said: Remark) -> Iterator[Candidate]:
+    """Everywhere but at the ends: "but not the start and the goal"."""
+    ends, no = said.of("start", "goal"), said.cued("not", "except")
+    plain = all(frame.part == WHOLE and not isinstance(frame, F.MoveEnd) for frame in said.before)
+    if ends and no and said.before and plain:
+        parts = (PathPart(STRETCH_AT[p.concept]) for p in ends)
+        yield Candidate(tuple(E.Except(part=part) for part in dict.fromkeys(parts)), (*ends, *no))
 
 
 def everywhere(said: Remark) -> Iterator[Candidate]:

@@ -19,6 +19,8 @@ SIZE: dict[Degree, float] = {"slight": 0.06, "moderate": 0.12, "large": 0.22}
 
 TURN: dict[Degree, float] = {"slight": 15.0, "moderate": 45.0, "large": 90.0}
 RESIZE: dict[Degree, float] = {"slight": 1.2, "moderate": 1.5, "large": 2.0}
+WIDE: dict[Degree, float] = {"slight": 0.7, "large": 1.5}
+"""How many times the distance at which the path passes a thing a small or a large circle around it is."""
 SMOOTH: dict[Degree, float] = {"slight": 0.3, "moderate": 1.0, "large": 3.0}
 
 TILT = {"left": "front", "right": "back", "front": "right", "back": "left"}
@@ -45,6 +47,8 @@ def _sense(frame: F.Figure) -> str:
 
 def _turns(builder: PolicyBuilder, frame: F.Figure, usual: float, words: str) -> tuple[str, float]:
     turns = usual if frame.turns is None else frame.turns.value
+    if turns <= 0:
+        builder.ask(f"{turns:g} turns: how many should it be?")
     return builder.knob("turns", turns, "count", words, "turns", unit=""), turns
 
 
@@ -63,10 +67,14 @@ def _circle(builder: PolicyBuilder, frame: F.Figure) -> None:
 def _radius_around(builder: PolicyBuilder, frame: F.Figure, words: str, point: Array) -> str:
     """The parameter of a circle's radius; "" for the distance at which the path passes what it goes around."""
     gap = float(np.linalg.norm(builder.positions - point, axis=1).min())
-    if frame.radius is None and frame.size is None and gap >= builder.tolerance:
-        return ""
-    metres = _size(builder, frame, "the radius of the circle")
-    metres /= 1 if frame.radius or not frame.size else 2
+    open_, wide = frame.radius is None and frame.size is None, WIDE.get(degree(frame))
+    if open_ and gap >= builder.tolerance:
+        if wide is None:
+            return ""
+        metres = nice(wide * gap)
+    else:
+        metres = _size(builder, frame, "the radius of the circle")
+        metres /= 1 if frame.radius or not frame.size else 2
     return builder.knob("circle_radius", metres, "to", f"radius around {words}", "radius", direction="larger")
 
 

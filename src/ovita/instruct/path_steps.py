@@ -335,6 +335,9 @@ def bound(builder: PolicyBuilder, frame: F.Bound) -> None:
 
 def quadrant(builder: PolicyBuilder, frame: F.Quadrant) -> None:
     """In one quadrant of the horizontal plane."""
+    if not 1 <= frame.number <= len(QUADRANTS):
+        builder.ask(f"There are the quadrants 1 to 4: which one is meant by {frame.number}?")
+        return
     plan = f"Shift the path so that all of it lies in quadrant {frame.number}."
     promises = (f"expect_side({word!r}, 0.0)" for word in QUADRANTS[frame.number - 1])
     builder.add(f"traj = quadrant(traj, {frame.number})", plan, *promises)
