@@ -159,19 +159,16 @@ class NetworkReading:
     output: Output
     before: Sequence[SemanticFrame] | None = None
 
-    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> tuple[float, float] | None:
-        """The log-likelihoods of a reading by any reader: of all that it says, and of its least likely choice.
-
-        None if the network has no words for it.
-        """
+    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> float:
+        """How likely the network holds a reading by any reader to be, as a logarithm; none that it has no words for."""
         try:
             atoms = atoms_of(items)
             said = [value for q, atom in enumerate(atoms) for value in self._weights(q, atom)]
         except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
-            return None
+            return -math.inf
         if len(atoms) < QUERIES:
             said.append(self._weight("action", len(atoms), "none"))
-        return sum(said), min(said)
+        return sum(said)
 
     def _weights(self, q: int, atom: Atom) -> Iterator[float]:
         heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
