@@ -37,15 +37,15 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.29,
-    "both agree": 1.68,
-    "confidence": 0.88,
-    "the rules read otherwise": -1.52,
-    "contradicted": -0.89,
-    "the other contradicted": 0.72,
-    "likelihood": 0.48,
-    "in common": 1.68,
-    "the other reads nothing": -0.91,
+    "always": 1.33,
+    "both agree": 1.57,
+    "confidence": 0.87,
+    "the rules read otherwise": -1.59,
+    "contradicted": -0.88,
+    "the other contradicted": 0.71,
+    "likelihood": 0.47,
+    "in common": 1.59,
+    "the other reads nothing": -0.96,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
