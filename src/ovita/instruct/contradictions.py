@@ -40,6 +40,8 @@ FALLING = frozenset("down lower under closer slower smaller dec".split())
 NOT = frozenset("never clear avoid too at_most max limit vmax ceiling".split())
 """What may turn a comparison round: "never higher than"."""
 
+BOUNDS = ("at_least", "at_most")
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -156,8 +158,10 @@ def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
     names = {"one", *(f.shape for f in it.frames if isinstance(f, F.Figure))}
     held = {value for frame in it.frames for value in _values(frame)}
+    ranged = [pair for pair in _pairs(it.said) if any(_near(v, mean) for v in held for mean in _means(*pair))]
     for k, chunk in enumerate(it.said):
-        if chunk.q is None or (chunk.kind == "Qn" and chunk.text.lower() in names):
+        named = chunk.kind == "Qn" and chunk.text.lower() in names
+        if chunk.q is None or named or any(chunk in pair for pair in ranged):
             continue
         units = (1.0, CENTI, *filter(None, map(unit_of, it.said))) if chunk.kind == "Qn" else (1.0,)
         meant = [value * unit for value in _amounts(chunk.q.value, it.said[k + 1 : k + 5]) for unit in units]
@@ -171,6 +175,20 @@ def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
     words = " ".join(chunk.text.lower() for chunk in behind).replace("-", " ").split()
     share = FRACTIONS.get(words[0], FRACTIONS.get(words[0].removesuffix("s"), 1.0)) if words else 1.0
     return value, value * (1.5 if words[:3] == ["and", "a", "half"] else share)
+
+
+def _pairs(said: Sequence[Chunk]) -> list[tuple[Chunk, Chunk]]:
+    """Two numbers each with a "to" or "and" between them."""
+    row = zip(said, said[1:], said[2:], strict=False)
+    return [(one, other) for one, link, other in row if link.kind in ("to", "and")]
+
+
+def _means(one: Chunk, other: Chunk) -> list[float]:
+    """What lies between two numbers, the first in its own unit or in that of the second: "30-32 cm"."""
+    if one.q is None or other.q is None:
+        return []
+    scales = (1.0,) if one.q.unit else (1.0, 0.01, 0.001)
+    return [(one.q.value * scale + other.q.value) / 2 for scale in scales]
 
 
 def _object_left(it: Facts) -> str:
@@ -307,7 +325,7 @@ NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lo
 """What is never done at once, however likely its reading is."""
 
 
-def denied(it: Facts) -> str:
+def _denied(it: Facts) -> str:
     """A way past, over or through something, where only that is denied: "do not fly over the cup"."""
     ways = [frame for frame in it.frames if isinstance(frame, F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)]
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
@@ -321,6 +339,20 @@ def denied(it: Facts) -> str:
 
 PASSING = frozenset("over under through touch to at by near stop wait hover".split())
 """Classes of the words that may stand between a denial and its object."""
+
+
+def _one_of_two(it: Facts) -> str:
+    """One of two opposite sides that are both asked for: "go left and right"."""
+    shifts = [{way for way, _ in frame.offset} & {"left", "right"} for frame in it.frames if isinstance(frame, F.Shift)]
+    return (
+        f"{it.word({'sideways'})} is both sides."
+        if "sideways" in it.plain and any(len(ways) == 1 for ways in shifts)
+        else ""
+    )
+
+
+REFUSED = (_denied, _one_of_two)
+"""Where what is read is the opposite of what is said, and not even shown."""
 
 CHECKS = (_turned, _negated, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)
 

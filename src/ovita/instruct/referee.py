@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.contradictions import CHECKS, NEVER, UNKNOWN, contradictions, denied, opposed
+from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, REFUSED, UNKNOWN, contradictions, opposed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import extent_of, written_out
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread, with_units
+from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -50,10 +51,10 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.82, 0.15
+DO, SHOW = 0.83, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.55
+WHOLE_READ = 0.65
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
 CURT, DOUBTED = 5, 10
@@ -217,7 +218,7 @@ def judged(
         learned: What the learned reader made of it; None where there is none.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
-    if rules.improper and not rules.unread and not _reads(learned):
+    if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
     found = Readings(said, _all_or_nothing(rules, learned), learned, weighed)
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
@@ -228,11 +229,16 @@ def judged(
     reading = replace(reading, frames=spread(reading.frames, said))
     outcome: Outcome = "do" if found.sure(by, confidence) else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
-    if contradictions(said, _frames(reading), (denied,)):
+    if contradictions(said, _frames(reading), REFUSED):
         outcome = "decline"  # the opposite of what is said is not even shown
     elif outcome == "do" and _shown_first(said, reading, left):
         outcome = "needs_confirmation"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
+
+
+def _bounds(reading: F.Reading) -> bool:
+    """Whether a reading holds limits."""
+    return any(q.role in BOUNDS for frame in reading.frames for q in frame.quantities.values())
 
 
 def _all_or_nothing(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
@@ -286,11 +292,12 @@ class Readings:
         return confidence >= (WHOLE_READ if self.whole else DO)
 
     def _rules_prevail(self) -> bool:
-        """Whether the rules read all of it, and the network's reading leaves words or holds the opposite."""
+        """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
         if not self.whole or self.learned is None:
             return False
         mine, theirs = _frames(self.rules), _frames(self.learned)
-        return bool(self.learned.unread or contradictions(self.said, theirs)) or opposed(theirs, mine)
+        doubtful = self.learned.unread or contradictions(self.said, theirs)
+        return bool(doubtful) or opposed(theirs, mine) or _but_for_the_part(theirs, mine)
 
     def grounds(self, by: Who) -> dict[str, float]:
         """What speaks for and against a reader's reading, by the names of POINTS."""
@@ -351,6 +358,12 @@ def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
             return Understanding("ask", one, by, one.unread, confidence=one.confidence)
     by = next((by for by, one in both.items() if one.improper), "rules")
     return Understanding("decline", both[by], by, both[by].unread, confidence=both[by].confidence)
+
+
+def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
+    """Whether two readings differ only in parts of the path and words of degree."""
+    mine, theirs = (tuple(replace(f, part=WHOLE, degree=None) for f in frames) for frames in (one, other))
+    return F.same(mine, theirs)
 
 
 def _shared(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> float:
