@@ -17,7 +17,7 @@ from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
@@ -233,6 +233,7 @@ class LearnedReader:
                 items = items_of(choice.atoms, before or ())
             except Unfit as error:
                 misread, outcome = True, {"question": f"{error}?"}
+        choice, items = _short_of(choice, items, seen)
         left = unused(seen, choice)
         features = _features(choice, left, bool(outcome), misread)
         if items:
@@ -270,6 +271,20 @@ def _aimed(items: Iterable[Any], seen: Sketch) -> tuple[Any, ...]:
     named = [(m.items, m.words) for m in seen.mentions if m.items and m.words is not None]
     spoken = [(piece.text.lower(), piece.words) for piece in seen.pieces if piece.words is not None]
     return tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
+
+
+def _short_of(choice: Choice, items: tuple[Any, ...], seen: Sketch) -> tuple[Choice, tuple[Any, ...]]:
+    """A stop at an object with the distance that is said to be left to it, at which no pointer of a stop points."""
+    lengths = [i for i, m in enumerate(seen.mentions) if m.unit == "m" and m.words and i not in choice.used]
+    stops = [item for item in items if isinstance(item, StopAt) and item.named and item.by is None]
+    if len(lengths) != 1 or len(stops) != 1 or SHORT_OF.isdisjoint(piece.text.lower() for piece in seen.pieces):
+        return choice, items
+    by = quantity_of(seen.mentions[lengths[0]])
+    told = tuple(replace(item, by=by) if item is stops[0] else item for item in items)
+    return replace(choice, used=choice.used | {lengths[0]}), told
+
+
+SHORT_OF = frozenset(("short", "before", "shy"))
 
 
 def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
