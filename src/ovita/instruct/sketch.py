@@ -250,6 +250,9 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     value, used = value * (1.5 if half else 1.0), used + half
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
+    ranged = _range(words, i + used, value, words[i - 1] if i else "")
+    if ranged is not None:
+        return replace(ranged[0], number=number), used + ranged[1]
     counted = words[i + used : i + used + 1]
     unit = "waypoints" if WAYPOINT_WORDS.intersection(counted) else ""  # the word stays to be read
     weak = words[i] == "one" and used == 1
@@ -310,3 +313,15 @@ def _number_of(word: str, value: float) -> float:
         return float(word.replace(",", "."))
     except ValueError:
         return NUMBER_WORDS.get(word, value)
+
+
+def _range(words: Sequence[str], i: int, low: float, before: str) -> tuple[Referent, int] | None:
+    """The "to 15 cm" behind a 10: the middle of both."""
+    links = ("to", "-", "or", "and") if before == "between" else ("to", "-", "or")
+    if i + 1 >= len(words) or words[i] not in links:
+        return None
+    high = amount_at(words, i + 1)
+    said = _number_of(words[i + 1], 0.0)
+    if high is None or high.unit not in ("m", "m/s") or said <= low:
+        return None
+    return Referent(None, value=(high.value + low * high.value / said) / 2, unit=high.unit), 1 + high.used
