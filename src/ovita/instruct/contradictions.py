@@ -37,7 +37,9 @@ OPPOSED = {
 
 RISING = frozenset("up raise over farther faster larger inc".split())
 FALLING = frozenset("down lower under closer slower smaller dec".split())
-NOT = frozenset("never clear avoid too at_most max limit vmax ceiling".split())
+UPPER = frozenset("at_most max limit vmax ceiling".split())
+LOWER = frozenset("at_least min vmin floorlimit".split())
+NOT = frozenset("never clear avoid too".split()) | UPPER
 """What may turn a comparison round: "never higher than"."""
 
 BOUNDS = ("at_least", "at_most")
@@ -139,6 +141,20 @@ def _elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bo
     """Whether a frame was also read from words outside of some clauses: "pass behind it, never in front"."""
     spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
     return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
+
+
+def _unbounded(it: Facts) -> str:
+    """A "maximum" or "at least" that is read as something else."""
+    if any(isinstance(frame, F.Bound | F.Figure) for frame in it.frames):
+        return ""  # "a radius of at most 1 m" is 1 m
+    roles: set[str] = {q.role for frame in it.frames for q in frame.quantities.values()}
+    roles |= {{"cap": "at_most", "floor": "at_least"}.get(str(getattr(frame, "change", "")), "") for frame in it.frames}
+    for words, role, wrong in ((UPPER, "at_most", "at_least"), (LOWER, "at_least", "at_most")):
+        otherwise = roles & {"by", "to", "at"} or (wrong in roles and "never" not in it.kinds)
+        turned_round = wrong in roles and "never" in it.kinds
+        if it.kinds & words and role not in roles and otherwise and not turned_round:
+            return f"{it.word(words)} asks for a limit that the reading does not have."
+    return ""
 
 
 def _compared(it: Facts) -> str:
@@ -354,7 +370,7 @@ def _one_of_two(it: Facts) -> str:
 REFUSED = (_denied, _one_of_two)
 """Where what is read is the opposite of what is said, and not even shown."""
 
-CHECKS = (_turned, _negated, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)
+CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)
 
 
 def _near(one: float, other: float) -> bool:
