@@ -127,7 +127,7 @@ def main() -> None:
     right = np.array([kind == "right" for kind in kinds])
     done = np.array([bool(reading.frames or reading.edits) for _, reading, _ in rows])
     if held_out:
-        sure = np.array([reader.sure(reading, features) for _, reading, features in rows])
+        sure = np.array([reader.sure(features) for _, _, features in rows])
     else:
         sure = crossed(x, right)
     report(counts, sure, right, done)

@@ -26,7 +26,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
 from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import LearnedReader
-from ovita.instruct.referee import POINTS, grounds, in_units
+from ovita.instruct.referee import POINTS, Readings, in_units
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -49,13 +49,11 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
     if one.unread or one.aside:
         one = replace(one, frames=())
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
+    both = Readings(said, one, other, weighed)
     found = []
-    for by, reading in (("rules", one), ("learned", other)):
-        if reading.frames and not (reading.question or reading.improper):
-            values = grounds(said, by, one, other, weighed)  # type: ignore[arg-type]
-            found.append(([values[name] for name in POINTS], right(line, reading, path, scene)))
-            if values["both agree"]:
-                break
+    for by, reading in both.candidates.items():
+        values = both.grounds(by)
+        found.append(([values[name] for name in POINTS], right(line, reading, path, scene)))
     return found
 
 

@@ -109,11 +109,8 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
         ("avoid the cup unless it is empty", "farther cup", "condition"),
         ("go left if the box is hot", "move left", "condition"),
         ("raise waypoint 5 and waypoint 10 by 3 cm", "move up=3cm @range=5-10", "two waypoints"),
-        ("maximum 0.3 m/s near the cup", "pace set to=0.3m/s @near=cup", "limit"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
-        ("stay 20 cm away from the cup", "farther cup by=20cm", "distance to keep"),
-        ("come closer to the cup, to 10 cm", "closer cup by=10cm", "'to 10 cm'"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),
         ("the height lower than 0.45 m", "height at_least=0.45m", "'lower'"),
         ("height above 0.4 m", "height at_most=0.4m", "'above'"),
@@ -145,6 +142,19 @@ def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
 )
 def test_a_right_reading_is_not_contradicted(text, frames):
     assert contradictions(said(text), reading(frames).frames) == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("maximum 0.3 m/s near the cup", "pace at_most=0.3m/s @near=cup"),
+        ("stay 20 cm away from the cup", "clearance cup at_least=20cm"),
+        ("come closer to the cup, to 10 cm", "clearance cup at_most=10cm"),
+    ],
+)
+def test_limits_and_distances_are_done_as_they_are_said(text, meant):
+    found = understand(text, SCENE)
+    assert found.outcome == "do" and F.same(found.reading.frames, notation.parse(meant, SCENE.names))
 
 
 def test_the_command_shows_words_readings_and_verdict():

@@ -85,7 +85,6 @@ def test_a_bare_number_of_feedback_has_the_unit_before():
         ("forty-five degrees at 0.3 m/s for 2 s", "<deg> at <m/s> for <s>"),
         ("half the speed before the last metre", "half the speed before the last <m>"),
         ("pass the shelf", "pass the <which>"),
-        ("slow b4 the tool box", "slow before the <A>"),
         ("1/2 as fast, 10-15 cm up", "<n> as fast , <m> up"),
     ],
 )
@@ -106,7 +105,6 @@ def test_objects_and_amounts_are_replaced_by_marks(sentence, seen):
         ("a quarter turn", 90, "deg"),
         ("three quarters of it", 0.75, "%"),
         ("between 5 and 8 cm", 0.065, "m"),
-        ('2" up', 0.0508, "m"),
         ("brake with 0.2 m/s2", 0.2, "m/s2"),
     ],
 )

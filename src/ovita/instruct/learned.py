@@ -15,9 +15,9 @@ import numpy as np
 
 from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, concepts_of, encode, network
+from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Span, StopAt
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
@@ -114,18 +114,11 @@ IMPROPER = {
     "nonsense": "this makes no sense as a request",
 }
 
-FEATURES = (
-    "likelihood", "weakest", "certainty", "numbers left", "objects left", "directions left", "speed left",
-    "figures left", "atoms", "words", "unknown pieces", "feedback", "outcome", "misread", "contrast", "contradicted",
-    "negated",
-)  # fmt: skip
+FEATURES = ("likelihood", "weakest", "certainty", "words left", "refused", "misread")
 """What the confidence is calibrated on."""
 
 LEAST = 1e-6
 """No class is held to be less likely than this."""
-
-CAPPED = 0.5
-"""The most that edits may claim which leave a number or an object of the feedback unused."""
 
 
 @dataclass(frozen=True)
@@ -149,29 +142,24 @@ class NetworkReading:
 
     Args:
         seen: The sentence with what it mentions.
-        encoded: The sentence as the network takes it.
         output: Probabilities of all classes and pointers.
         before: Frames of the turns in force, or None for a first request.
     """
 
     seen: Sketch
-    encoded: Encoded
     output: Output
     before: Sequence[SemanticFrame] | None = None
 
-    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> tuple[float, float] | None:
-        """The log-likelihoods of a reading by any reader: of all that it says, and of its least likely choice.
-
-        None if the network has no words for it.
-        """
+    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> float:
+        """How likely the network holds a reading by any reader to be, as a logarithm; none that it has no words for."""
         try:
             atoms = atoms_of(items)
             said = [value for q, atom in enumerate(atoms) for value in self._weights(q, atom)]
         except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
-            return None
+            return -math.inf
         if len(atoms) < QUERIES:
             said.append(self._weight("action", len(atoms), "none"))
-        return sum(said), min(said)
+        return sum(said)
 
     def _weights(self, q: int, atom: Atom) -> Iterator[float]:
         heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
@@ -226,22 +214,17 @@ class LearnedReader:
     ) -> NetworkReading:
         """What the network says of a sentence, from which a reading is taken and others are weighed."""
         seen = sketch(text, scene, positions, before, self.net.known)
-        encoded = encode(seen, self.net.splitter)
-        return NetworkReading(seen, encoded, self.net.read(encoded), before)
+        return NetworkReading(seen, self.net.read(encode(seen, self.net.splitter)), before)
 
     def reading(self, heard: NetworkReading) -> Reading:
         """The likeliest reading, with its calibrated confidence."""
         reading, features = self.explain(heard)
-        return replace(reading, confidence=round(self.sure(reading, features), 4))
+        return replace(reading, confidence=round(self.sure(features), 4))
 
     def explain(self, heard: NetworkReading) -> tuple[Reading, Array]:
         """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
-        choice = choose(heard.output, heard.seen, heard.encoded)
-        return self._reading(choice, heard.seen, heard.encoded, heard.before)
-
-    def _reading(
-        self, choice: Choice, seen: Sketch, encoded: Encoded, before: Sequence[SemanticFrame] | None
-    ) -> tuple[Reading, Array]:
+        seen, before = heard.seen, heard.before
+        choice = choose(heard.output, seen)
         outcome = refusal(choice, seen)
         items: tuple[Any, ...] = ()
         misread = False
@@ -252,63 +235,42 @@ class LearnedReader:
                 misread, outcome = True, {"question": f"{error}?"}
         choice, items = _short_of(choice, items, seen)
         left = unused(seen, choice)
-        features = self._features(choice, seen, encoded, left, before is not None, bool(outcome), misread)
-        named = [(m.items, m.words) for m in seen.mentions if m.items and m.words is not None]
-        spoken = [(piece.text.lower(), piece.words) for piece in seen.pieces if piece.words is not None]
-        items = tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
+        features = _features(choice, left, bool(outcome), misread)
         if items:
-            outcome["unread"] = tuple(word for found in left.values() for word in found)
+            outcome["unread"] = left
+        items = _aimed(items, seen)
         if before is not None:
-            outcome["edits"] = tuple(Also(frame=i) if isinstance(i, SemanticFrame) else i for i in items)
-            return Reading(**outcome), features
-        spans = self._spans(choice, seen)
+            edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
+            return Reading(edits=edits, **outcome), features
+        spans = tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
         said = [piece.text.lower() for piece in seen.pieces]
-        frames = tuple(replace(held_along(frame, said), words=spans) for frame in items)
-        return Reading(frames=frames, **outcome), features
+        return Reading(tuple(replace(held_along(item, said), words=spans) for item in items), **outcome), features
 
-    def _spans(self, choice: Choice, seen: Sketch) -> tuple[Span, ...]:
-        return tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
-
-    def _features(
-        self,
-        choice: Choice,
-        seen: Sketch,
-        encoded: Encoded,
-        left: Mapping[str, Collection[str]],
-        feedback: bool,
-        outcome: bool,
-        misread: bool,
-    ) -> Array:
-        told = concepts_of(seen.pieces)
-        likely = float(np.prod(choice.likelihoods))
-        unknown = sum(i == self.net.splitter.unknown for i in encoded.ids)
-        return np.array(
-            [
-                likely,
-                min(choice.likelihoods),
-                -math.log1p(0.001 - min(likely, 0.999)),
-                *(float(min(len(found), 2)) for found in left.values()),
-                float(len(choice.atoms)),
-                min(len(seen.pieces), 40) / 20,
-                float(min(unknown, 2)),
-                float(feedback),
-                float(outcome),
-                float(misread),
-                float(any(p.text == "but" for p in seen.pieces)),
-                float(min(contradicted(choice, told), 2)),
-                float("never" in told),
-            ]
-        )
-
-    def sure(self, reading: Reading, features: Array) -> float:
-        """How likely a reading is right, at most `CAPPED` for edits that leave an amount or an object."""
+    def sure(self, features: Array) -> float:
+        """How likely a reading is right, by its features; not calibrated without the network's calibration."""
         extra = self.net.extra
         if "calibration.weights" not in extra:
             return float(features[0])
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
-        sure = float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
-        left = features[[FEATURES.index("numbers left"), FEATURES.index("objects left")]]
-        return min(sure, CAPPED) if reading.edits and left.any() else sure
+        return float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
+
+
+def _features(choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
+    """The values of FEATURES."""
+    likely = float(np.prod(choice.likelihoods))
+    certainty = -math.log1p(0.001 - min(likely, 0.999))
+    return np.array([likely, min(choice.likelihoods), certainty, float(min(len(left), MOST_LEFT)), refused, misread])
+
+
+MOST_LEFT = 4
+"""More words left than so many say no more."""
+
+
+def _aimed(items: Iterable[Any], seen: Sketch) -> tuple[Any, ...]:
+    """Items whose frames hold what of an object the words before it say is meant."""
+    named = [(m.items, m.words) for m in seen.mentions if m.items and m.words is not None]
+    spoken = [(piece.text.lower(), piece.words) for piece in seen.pieces if piece.words is not None]
+    return tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
 
 
 def _short_of(choice: Choice, items: tuple[Any, ...], seen: Sketch) -> tuple[Choice, tuple[Any, ...]]:
@@ -341,7 +303,7 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     return {}
 
 
-def choose(output: Output, seen: Sketch, encoded: Encoded) -> Choice:
+def choose(output: Output, seen: Sketch) -> Choice:
     """The likeliest atoms of a sentence."""
     atoms: list[Atom] = []
     likelihoods: list[float] = []
@@ -456,55 +418,27 @@ def quantity_of(mention: Referent) -> Quantity:
 
 
 LEFT_WORDS = {
-    "directions left": ("left", "right", "front", "back", "up", "down", "raise", "lower"),
-    "speed left": ("faster", "slower", "speed", "ramp_up", "ramp_down"),
-    "figures left": (*_FIGURES, "hop", "hover", "mirror", "rotate", "tilt", "smooth", "wait", "reverse"),
+    "direction": ("left", "right", "front", "back", "up", "down", "raise", "lower"),
+    "speed": ("faster", "slower", "speed", "ramp_up", "ramp_down"),
+    "figure": (*_FIGURES, "hop", "hover", "mirror", "rotate", "tilt", "smooth", "wait", "reverse"),
 }
 """Concepts that a reading should not pass over."""
 
-OPPOSED = (
-    ("direction", "left", ("left",), "right", ("right",)),
-    ("direction", "up", ("up", "raise"), "down", ("down", "lower", "drop")),
-    ("direction", "front", ("front",), "back", ("back",)),
-    ("choice", "faster", ("faster",), "slower", ("slower",)),
-    ("action", "closer", ("closer",), "farther", ("away",)),
-    ("role", "at_least", ("at_least", "no_closer"), "at_most", ("at_most",)),
-    ("choice", "floor", ("at_least",), "cap", ("at_most",)),
-    ("sense", "cw", ("clockwise",), "ccw", ("anticlockwise",)),
-    ("part", "first", ("first", "start"), "last", ("last", "goal")),
-    ("part", "before", ("before",), "after", ("after",)),
-    ("relation", "over", ("over",), "under", ("under",)),
-    ("choice", "start", ("start", "first"), "goal", ("goal", "last")),
-    ("choice", "rampup", ("ramp_up", "faster"), "rampdown", ("ramp_down", "slower")),
-    ("degree", "slight", ("slight",), "large", ("large",)),
-)
-"""A class of a head and its concepts, then the opposite ones."""
+_OF_SPEED = {"pace", "keep", "stop", "wait", "hover", "scale", "set"}
 
 
-def contradicted(choice: Choice, told: Collection[str]) -> int:
-    """How many classes were chosen without their own words, though there are words for the opposite."""
-    count = 0
-    for head, one, ones, other, others in OPPOSED:
-        for label, own, against in ((one, ones, others), (other, others, ones)):
-            chosen = any(atom.labels.get(head) == label for atom in choice.atoms)
-            count += chosen and not set(own) & set(told) and bool(set(against) & set(told))
-    return count
-
-
-_SPEED = ("pace", "keep", "stop", "wait", "hover", "scale", "set")
-
-
-def unused(seen: Sketch, choice: Choice) -> dict[str, list[str]]:
+def unused(seen: Sketch, choice: Choice) -> tuple[str, ...]:
     """Content words that nothing was read from: amounts, objects, words of direction, of speed and of figures."""
     actions = {atom.label("action") for atom in choice.atoms}
-    told = {"directions left": _directed(choice), "speed left": bool(actions & set(_SPEED)), "figures left": False}
-    return {
-        "numbers left": [_said(m) for m in _unpointed(seen, choice) if not m.is_object],
-        "objects left": [name for m in _unpointed(seen, choice) for name in m.items[:1]],
-    } | {
-        name: [w for concept, w in _concepts(seen) if concept in among and concept not in actions and not told[name]]
-        for name, among in LEFT_WORDS.items()
-    }
+    wanted = {*LEFT_WORDS["figure"]}
+    if not _directed(choice):
+        wanted.update(LEFT_WORDS["direction"])
+    if not actions & _OF_SPEED:
+        wanted.update(LEFT_WORDS["speed"])
+    marks = _unpointed(seen, choice)
+    amounts = [f"{m.value:g} {m.unit}".strip() for m in marks if not m.is_object]
+    objects = [name for m in marks for name in m.items[:1]]
+    return (*amounts, *objects, *(word for concept, word in _concepts(seen) if concept in wanted - actions))
 
 
 def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
@@ -516,10 +450,6 @@ def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
     return [m for m in mentions if not m.weak and not pointed & set(m.items) and not (eight and m.value == 8.0)]
 
 
-def _said(mention: Referent) -> str:
-    return f"{mention.value:g} {mention.unit}".strip()
-
-
 def _concepts(seen: Sketch) -> list[tuple[str, str]]:
     """The concepts of a sentence's words, each with its first word."""
     told = concepts_of(seen.pieces)
@@ -529,9 +459,11 @@ def _concepts(seen: Sketch) -> list[tuple[str, str]]:
 
 def _directed(choice: Choice) -> bool:
     """Whether some atom has a direction, or its frame is about heights, sides or ends."""
-    for atom in choice.atoms:
-        if atom.label("direction") or atom.label("toward") or atom.label("part") in ("rising", "falling"):
-            return True
-        if atom.label("action") in ("height", "mirror", "rotate", "tilt", "hop", "hover", "return", "reverse"):
-            return True
-    return False
+    along = {"height", "mirror", "rotate", "tilt", "hop", "hover", "return", "reverse"}
+    return any(
+        atom.label("direction")
+        or atom.label("toward")
+        or atom.label("part") in ("rising", "falling")
+        or atom.label("action") in along
+        for atom in choice.atoms
+    )

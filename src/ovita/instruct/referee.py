@@ -10,17 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal, TypeGuard
+from functools import cache, cached_property
+from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, UNKNOWN, clauses, contradictions, elsewhere, opposed
+from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, REFUSED, UNKNOWN, clauses, contradictions, opposed
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import extent_of, written_out
+from ovita.instruct.patterns import FRACTION
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread, with_units
@@ -36,35 +36,27 @@ if TYPE_CHECKING:
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 Who = Literal["rules", "learned"]
 By = Literal["both", "rules", "learned"]
-Weighed = Mapping[str, "tuple[float, float] | None"]
+Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.34,
-    "both agree": 1.96,
-    "confidence": 0.92,
-    "confidence in both": 0.74,
-    "unread by the network": 0.42,
-    "the rules read otherwise": -1.70,
-    "contradicted": -1.00,
-    "the other contradicted": 0.75,
-    "beyond the network": -1.54,
-    "likelihood": 0.34,
-    "weakest": 0.36,
-    "in common": 1.53,
-    "but for the part": 0.43,
-    "fewer frames": -0.09,
-    "more frames": 0.71,
-    "the other asks": -0.55,
-    "the other reads nothing": -1.08,
+    "always": 1.33,
+    "both agree": 1.57,
+    "confidence": 0.87,
+    "the rules read otherwise": -1.59,
+    "contradicted": -0.88,
+    "the other contradicted": 0.71,
+    "likelihood": 0.47,
+    "in common": 1.59,
+    "the other reads nothing": -0.96,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.82, 0.15
+DO, SHOW = 0.83, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ, AGAINST_WHOLE = 0.55, 0.93
-"""How likely it has to be where the rules read every word and nothing speaks against it, and to be done instead."""
+WHOLE_READ = 0.65
+"""How likely it has to be where the rules read every word and nothing speaks against it."""
 
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
@@ -77,9 +69,6 @@ EMPTY = frozenset(
     set use take let let's give me us in and of to than now""".split()
 )
 """Words that point at nothing and ask for nothing; of others that the rules pass over, the network is asked too."""
-
-LONG = 20
-"""Chunks of an utterance that is too long for the rules to have the last word."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +98,7 @@ class Understanding:
     @property
     def whole(self) -> bool:
         """Whether the rules read all of it, so that another reading is one against them."""
-        return self.rules is not None and _reads(self.rules) and not (self.rules.unread or self.rules.aside)
+        return self.rules is not None and _read_all(self.rules)
 
 
 def understand(
@@ -220,90 +209,33 @@ def learned_reader() -> LearnedReader | None:
 
 
 def judged(
-    said: Sequence[Chunk], rules: F.Reading | None, learned: F.Reading | None, weighed: Weighed | None = None
+    said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None, weighed: Weighed | None = None
 ) -> Understanding:
-    """The verdict on what two readers made of an utterance; either may be None.
+    """The verdict on what two readers made of an utterance.
 
     Args:
         said: The utterance in chunks.
         rules: What the rules made of it.
-        learned: What the learned reader made of it.
+        learned: What the learned reader made of it; None where there is none.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
-    known: dict[str, Any] = {"rules": rules, "learned": learned}
-    unread = _unplaced(said, rules)
-    partly = rules.frames if rules is not None else ()
-    if rules is not None and unread and _reads(learned) and not rules.edits:
-        rules = replace(rules, frames=())  # all or nothing: what the rules read in part is the network's
-    both: tuple[tuple[Who, F.Reading | None], ...] = (("rules", rules), ("learned", learned))
-    candidates = [(by, reading) for by, reading in both if reading is not None and _reads(reading)]
-    if rules is not None and rules.improper and not rules.unread and (not _reads(learned) or _bounds(rules)):
-        return Understanding("decline", rules, "rules", confidence=1.0, **known)
-    if not candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
+    if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
+        return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
+    found = Readings(said, _all_or_nothing(rules, learned), learned, weighed)
+    if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
-        return _unread(rules, None if guessed else learned, known)
-    agreed = _agree(rules, learned)
-    if agreed:
-        candidates = candidates[:1]
-    rated = [(likelihood(grounds(said, by, rules, learned, weighed)), by, one) for by, one in candidates]
-    whole = _whole(said, rules)
-    over = whole and learned is not None and _gives_way(said, learned, rules)
-    confidence, best, chosen = rated[0] if over else max(rated, key=lambda one: one[0])
-    by: By = "both" if agreed else best
-    curt = by == "learned" and len(said) <= CURT
-    left = [*chosen.unread, *(unread if curt else ())]
-    reading = replace(chosen, frames=spread(chosen.frames, said))
-    against = whole and by == "learned"
-    enough = AGAINST_WHOLE if against else WHOLE_READ if whole else DO
-    turned = against and (len(said) <= CURT or opposed(_frames(reading), _frames(rules or F.Reading())))
-    sure = confidence >= enough and not turned and not _shown_first(said, reading, left, [*left, *unread])
-    outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
+        return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
+    by, reading, confidence = found.likeliest()
+    unplaced = _unplaced(said, rules)
+    left = (*reading.unread, *(unplaced if by == "learned" and len(said) <= CURT else ()))
+    reading = replace(reading, frames=spread(reading.frames, said))
+    outcome: Outcome = "do" if found.sure(by, confidence) else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
-    if _denied(said, (*partly, *_frames(reading))) or _one_of_two(said, _frames(reading)):
+    if contradictions(said, (*rules.frames, *_frames(reading)), REFUSED):
         outcome = "decline"  # the opposite of what is said is not even shown
-    return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, **known)
-
-
-def _unplaced(said: Sequence[Chunk], rules: F.Reading | None) -> tuple[str, ...]:
-    """The words that the rules did not read; where they read nothing at all, those that only a guess can place."""
-    if rules is None or _reads(rules):
-        return () if rules is None else rules.unread
-    guessed = {chunk.text for chunk in said if chunk.kind in ("unknown", "after", "before")}
-    return tuple(word for word in rules.unread if word in guessed)
-
-
-def _denied(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
-    """Whether a way past, over or through something is read where only that is denied: "do not fly over the cup"."""
-    ways = [frame for frame in frames if isinstance(frame, F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)]
-    passed = "filler over under through touch to at by near stop wait hover".split()
-    row = [chunk for chunk in said if chunk.kind not in passed]
-    things = [chunk for chunk in row if chunk.kind == "OBJ"]
-    denied = [thing for no, thing in pairwise(row) if no.kind == "never" and thing.kind == "OBJ"]
-    only = [thing for thing in denied if sum(thing.names == other.names for other in things) == 1]
-    return any({*thing.names} & {*frame.named} for thing in only for frame in ways)
-
-
-def _one_of_two(said: Sequence[Chunk], frames: tuple[F.SemanticFrame, ...]) -> bool:
-    """Whether a shift goes to one of two opposite sides that are both asked for: "go left and right"."""
-    shifts = [{way for way, _ in frame.offset} for frame in frames if isinstance(frame, F.Shift)]
-    return any(chunk.kind == "sideways" for chunk in said) and any(len(way & {"left", "right"}) == 1 for way in shifts)
-
-
-def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str], unread: Sequence[str]) -> bool:
-    """Whether a reading is never done at once: for what the words hold, a "not" beside what was read, or any of few."""
-    frames, row = _frames(reading), clauses(said)
-    denied = [c for c in row if any(chunk.kind == "never" and chunk.text in left for chunk in c)]
-    beside = denied and not all(elsewhere(frame, denied, wholly=True) for frame in frames)
-    curt = left and len(said) <= CURT
-    checks = CHECKS if len(said) <= DOUBTED else NEVER
-    return bool(beside or curt or _taken_back(row, unread) or contradictions(said, frames, checks))
-
-
-def _taken_back(row: Sequence[Sequence[Chunk]], unread: Sequence[str]) -> bool:
-    """Whether a clause denies what another one asks for: "stop there, no, don't stop"."""
-    denied = [c for c in row if any(chunk.kind == "never" and chunk.text in unread for chunk in c)]
-    kinds = [{chunk.kind for clause in row if (clause in denied) is no for chunk in clause} for no in (True, False)]
-    return bool((kinds[0] & kinds[1]) - UNKNOWN - {"never"})
+    elif outcome == "do" and (_shown_first(said, reading, left) or _taken_back(said, [*left, *unplaced])):
+        outcome = "needs_confirmation"
+    return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
 
 
 def _bounds(reading: F.Reading) -> bool:
@@ -311,85 +243,98 @@ def _bounds(reading: F.Reading) -> bool:
     return any(q.role in BOUNDS for frame in reading.frames for q in frame.quantities.values())
 
 
-def _plain(said: Sequence[Chunk]) -> bool:
-    """Whether an utterance is short and no word of it is mere filler but for the plainest ones."""
-    return len(said) <= SHORT and all({*c.text.lower().split()} <= EMPTY for c in said if c.kind == "filler")
+def _all_or_nothing(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
+    """What counts of the rules' reading: what they read in part is the network's, but for feedback."""
+    partial = rules.unread and not rules.edits
+    return replace(rules, frames=()) if partial and _reads(learned) else rules
 
 
-def _gives_way(said: Sequence[Chunk], learned: F.Reading, rules: F.Reading | None) -> bool:
-    """Whether the network's reading is none against one of the rules that is whole."""
-    against = bool(contradictions(said, _frames(learned))) or opposed(_frames(learned), _frames(rules or F.Reading()))
-    return bool(learned.unread) or against or _but_for_the_part(learned, rules)
+def _unplaced(said: Sequence[Chunk], rules: F.Reading) -> tuple[str, ...]:
+    """The words that the rules did not read; where they read nothing at all, those that only a guess can place."""
+    if _reads(rules):
+        return rules.unread
+    guessed = {chunk.text for chunk in said if chunk.kind in GUESSED}
+    return tuple(word for word in rules.unread if word in guessed)
 
 
-def _whole(said: Sequence[Chunk], rules: F.Reading | None) -> bool:
-    """Whether the rules read every word of what is not long, and nothing speaks against what they read."""
-    if rules is None or not _reads(rules) or rules.unread or rules.aside or len(said) > LONG:
-        return False
-    return not contradictions(said, _frames(rules))
+GUESSED = frozenset(("unknown", "after", "before", *FRACTION))
+"""Classes of words of which nothing else in an utterance tells what they ask for."""
 
 
-def _unread(rules: F.Reading | None, learned: F.Reading | None, known: Mapping[str, Any]) -> Understanding:
-    """The verdict where no reader has anything to go by: the first question, else the first reason to decline."""
-    both: list[tuple[By, F.Reading]] = [("rules", rules or F.Reading()), ("learned", learned or F.Reading())]
-    ways: tuple[tuple[str, Outcome], ...] = (("question", "ask"), ("improper", "decline"))
-    for wanted, outcome in ways:
-        for by, one in both:
-            if getattr(one, wanted):
-                return Understanding(outcome, one, by, unused=one.unread, confidence=one.confidence, **known)
-    return Understanding("decline", both[0][1], "rules", unused=both[0][1].unread, **known)
+@dataclass(frozen=True)
+class Readings:
+    """What two readers made of one utterance.
+
+    Args:
+        said: The utterance in chunks.
+        rules: What the rules made of it.
+        learned: What the learned reader made of it; None where there is none.
+        weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
+    """
+
+    said: Sequence[Chunk]
+    rules: F.Reading
+    learned: F.Reading | None
+    weighed: Weighed | None = None
+
+    @cached_property
+    def agree(self) -> bool:
+        """Whether both readers say what to do, and the same."""
+        return _agree(self.rules, self.learned)
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether the rules read every word, and nothing speaks against what they read."""
+        return _whole(self.said, self.rules)
+
+    @cached_property
+    def candidates(self) -> dict[Who, F.Reading]:
+        """The readings that say what to do; one that both agree on is the rules'."""
+        both: dict[Who, F.Reading | None] = {"rules": self.rules, "learned": None if self.agree else self.learned}
+        return {by: reading for by, reading in both.items() if reading is not None and _reads(reading)}
+
+    def likeliest(self) -> tuple[By, F.Reading, float]:
+        """Whose reading is the likeliest, the reading, and how likely it is meant (0..1)."""
+        rated = {by: likelihood(self.grounds(by)) for by in self.candidates}
+        best: Who = "rules" if self._rules_prevail() else max(rated, key=lambda by: rated[by])
+        return "both" if self.agree else best, self.candidates[best], rated[best]
+
+    def sure(self, by: By, confidence: float) -> bool:
+        """Whether a reading is likely enough to be done; never one against a short utterance that the rules read."""
+        if self.whole and by == "learned":
+            return confidence >= DO and len(self.said) > CURT
+        return confidence >= (WHOLE_READ if self.whole else DO)
+
+    def _rules_prevail(self) -> bool:
+        """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
+        if not self.whole or self.learned is None:
+            return False
+        mine, theirs = _frames(self.rules), _frames(self.learned)
+        doubtful = self.learned.unread or contradictions(self.said, theirs)
+        return bool(doubtful) or opposed(theirs, mine) or _but_for_the_part(theirs, mine)
+
+    def grounds(self, by: Who) -> dict[str, float]:
+        """What speaks for and against a reader's reading, by the names of POINTS."""
+        one, other = (self.rules, self.learned) if by == "rules" else (self.learned or F.Reading(), self.rules)
+        met = _reads(other)
+        heard = self.learned is not None and (self.agree or by == "learned")
+        sure = min(max(self.learned.confidence, 0.02), 0.98) if self.learned is not None and heard else 0.5
+        theirs = _frames(other or F.Reading())
+        return {
+            "always": 1.0,
+            "both agree": float(self.agree),
+            "confidence": math.log(sure / (1.0 - sure)),
+            "the rules read otherwise": float(by == "learned" and met),
+            "contradicted": float(bool(contradictions(self.said, _frames(one)))),
+            "the other contradicted": float(not self.agree and bool(contradictions(self.said, theirs))),
+            "likelihood": max(self.weighed[by], UNLIKELY) / 5.0 if self.weighed else 0.0,
+            "in common": _shared(_frames(one), theirs) if met and not self.agree else 0.0,
+            "the other reads nothing": float(other is not None and not met),
+        }
 
 
-def grounds(
-    said: Sequence[Chunk],
-    by: Who,
-    rules: F.Reading | None,
-    learned: F.Reading | None,
-    weighed: Weighed | None = None,
-) -> dict[str, float]:
-    """What speaks for and against a reader's reading, by the names of POINTS; one that both agree on is the rules'."""
-    one, other = (rules, learned) if by == "rules" else (learned, rules)
-    assert one is not None
-    agree, mine, met = _agree(rules, learned), by == "rules", _reads(other)
-    apart = met and not agree
-    sure = min(max(learned.confidence, 0.02), 0.98) if learned is not None and (agree or not mine) else 0.5
-    weight = None if weighed is None else weighed.get(by)
-    total, least = weight or (0.0, 0.0)
-    more = len(_frames(one)) - len(_frames(other or F.Reading()))
-    return {
-        "always": 1.0,
-        "both agree": float(agree),
-        "confidence": 0.0 if agree else math.log(sure / (1.0 - sure)),
-        "confidence in both": math.log(sure / (1.0 - sure)) if agree else 0.0,
-        "unread by the network": float(not mine and bool(one.unread)),
-        "the rules read otherwise": float(not mine and met),
-        "contradicted": float(bool(contradictions(said, _frames(one)))),
-        "the other contradicted": float(not agree and bool(contradictions(said, _frames(other or F.Reading())))),
-        "beyond the network": float(weighed is not None and weight is None),
-        "likelihood": max(total, -25.0) / 5.0,
-        "weakest": max(least, -8.0) / 3.0,
-        "in common": _shared(one, other) if apart else 0.0,
-        "but for the part": float(apart and _but_for_the_part(one, other)),
-        "fewer frames": float(apart and more < 0),
-        "more frames": float(apart and more > 0),
-        "the other asks": float(other is not None and bool(other.question or other.improper)),
-        "the other reads nothing": float(other is not None and not (met or other.question or other.improper)),
-    }
-
-
-def _but_for_the_part(one: F.Reading, other: F.Reading | None) -> bool:
-    """Whether two readings differ only in parts of the path and words of degree."""
-    mine, theirs = (
-        tuple(replace(f, part=WHOLE, degree=None) for f in _frames(reading or F.Reading())) for reading in (one, other)
-    )
-    return F.same(mine, theirs)
-
-
-def _shared(one: F.Reading, other: F.Reading | None) -> float:
-    """Which share of their frames two readings have in common."""
-    mine, theirs = _frames(one), _frames(other or F.Reading())
-    alike = sum(any(F.same((frame,), (twin,)) for twin in theirs) for frame in mine)
-    return 2.0 * alike / max(len(mine) + len(theirs), 1)
+UNLIKELY = -25.0
+"""The least log-likelihood that counts."""
 
 
 def likelihood(found: Mapping[str, float]) -> float:
@@ -397,7 +342,59 @@ def likelihood(found: Mapping[str, float]) -> float:
     return 1.0 / (1.0 + math.exp(-sum(POINTS[name] * value for name, value in found.items())))
 
 
-def _reads(reading: F.Reading | None) -> TypeGuard[F.Reading]:
+def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
+    """Whether a reading is never done at once: for what the words hold, or for a word that is left of few."""
+    if left and len(said) <= CURT:
+        return True
+    return bool(contradictions(said, _frames(reading), CHECKS if len(said) <= DOUBTED else NEVER))
+
+
+def _taken_back(said: Sequence[Chunk], unread: Sequence[str]) -> bool:
+    """Whether a clause denies what another one asks for: "stop there, no, don't stop"."""
+    row = clauses(said)
+    denied = [c for c in row if any(chunk.kind == "never" and chunk.text in unread for chunk in c)]
+    kinds = [{chunk.kind for clause in row if (clause in denied) is no for chunk in clause} for no in (True, False)]
+    return bool((kinds[0] & kinds[1]) - UNKNOWN - {"never"})
+
+
+def _plain(said: Sequence[Chunk]) -> bool:
+    """Whether an utterance is short and no word of it is mere filler but for the plainest ones."""
+    return len(said) <= SHORT and all({*c.text.lower().split()} <= EMPTY for c in said if c.kind == "filler")
+
+
+def _read_all(rules: F.Reading) -> bool:
+    """Whether the rules read every word."""
+    return _reads(rules) and not rules.unread
+
+
+def _whole(said: Sequence[Chunk], rules: F.Reading) -> bool:
+    """Whether the rules read every word, and nothing speaks against what they read."""
+    return _read_all(rules) and not contradictions(said, _frames(rules))
+
+
+def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
+    """The verdict where no reader has anything to go by: the first question, else the first reason to decline."""
+    both: dict[By, F.Reading] = {"rules": rules, "learned": learned or F.Reading()}
+    for by, one in both.items():
+        if one.question:
+            return Understanding("ask", one, by, one.unread, confidence=one.confidence)
+    by = next((by for by, one in both.items() if one.improper), "rules")
+    return Understanding("decline", both[by], by, both[by].unread, confidence=both[by].confidence)
+
+
+def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
+    """Whether two readings differ only in parts of the path and words of degree."""
+    mine, theirs = (tuple(replace(f, part=WHOLE, degree=None) for f in frames) for frames in (one, other))
+    return F.same(mine, theirs)
+
+
+def _shared(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> float:
+    """Which share of their frames two readings have in common."""
+    alike = sum(any(F.same((frame,), (twin,)) for twin in other) for frame in one)
+    return 2.0 * alike / max(len(one) + len(other), 1)
+
+
+def _reads(reading: F.Reading | None) -> bool:
     """Whether a reading says what to do."""
     return reading is not None and bool(reading.frames or reading.edits) and not (reading.question or reading.improper)
 

@@ -14,11 +14,9 @@ from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import (
     FRACTIONS,
     NUMBER_WORDS,
-    ORDINAL_WORDS,
     amount_at,
     and_a_half,
     concept_at,
-    is_digits,
     is_filler,
     unit_at,
 )
@@ -54,8 +52,6 @@ TURNS = frozenset("turn revolution rotation".split())
 ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
 WHOLE_UNIT = frozenset("last first final full whole another".split())
 DETERMINERS = frozenset("the that this my your our a an".split())
-WRITTEN = {word: str(number) for word, number in ORDINAL_WORDS.items()}
-ATTACHED = {"b4": "before", "l8r": "later", "gr8": "great", "m8": "mate", "w/o": "without"}
 WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
 
 
@@ -154,7 +150,7 @@ def cut(text: str) -> list[Fragment]:
         found += _without_ending(Fragment(match.group(), match.span()))
         at = match.end()
     found += [Fragment(c, (i, i + 1)) for i, c in enumerate(text[at:], start=at) if not c.isspace()]
-    return _attached([piece for i, piece in enumerate(found) if not _is_hyphen(found, i)])
+    return [piece for i, piece in enumerate(found) if not _is_hyphen(found, i)]
 
 
 def _is_hyphen(pieces: Sequence[Fragment], i: int) -> bool:
@@ -176,26 +172,6 @@ def _without_ending(piece: Fragment) -> list[Fragment]:
     return [Fragment(piece.text[: -len(ending)], (low, at)), Fragment(ending, (at, high))]
 
 
-def _attached(pieces: list[Fragment]) -> list[Fragment]:
-    """Join "b4" and drop the endings of ordinals."""
-    joined: list[Fragment] = []
-    for piece, behind in zip(pieces, [*pieces[1:], None], strict=False):
-        last = joined[-1] if joined else None
-        if last is not None and last.words and piece.words and last.words[1] == piece.words[0]:
-            both = (last.text + piece.text).lower()
-            if both in ATTACHED:
-                joined[-1] = Fragment(ATTACHED[both], (last.words[0], piece.words[1]))
-                continue
-            if is_digits(last.text) and piece.text.lower() in ("st", "nd", "rd", "th"):
-                continue
-        word = piece.text.lower()
-        counting = behind is not None and behind.text.lower() in WAYPOINT_WORDS
-        if word in ORDINALS and counting and last is not None and last.text.lower() in DETERMINERS:
-            piece = replace(piece, text=f"{ORDINALS[word]:g}")
-        joined.append(replace(piece, text=WRITTEN.get(word, piece.text)))
-    return joined
-
-
 def _marked(
     text: str, catalog: Catalog, letters: dict[str, str], known: Collection[str]
 ) -> tuple[tuple[Fragment, ...], tuple[Referent, ...]]:
@@ -209,7 +185,7 @@ def _marked(
     mentions: list[Referent] = []
     i = 0
     while i < len(raw):
-        mention, used = _mention_at(raw, lowered, i, catalog, mentions)
+        mention, used = _mention_at(lowered, i, catalog, mentions)
         if mention is None:
             pieces.append(Fragment(lowered[i], raw[i].words))
             i += 1
@@ -233,7 +209,7 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 
 
 def _mention_at(
-    raw: Sequence[Fragment], words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
+    words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
     word = words[i]
     if not word[0].isalnum() and word[0] != ".":
@@ -242,7 +218,7 @@ def _mention_at(
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last)) if word[0].isalnum() else None
     if named is not None and not (named.unclear and not named.items):
         return Referent(None, tuple(item.name for item in named.items), named.unclear), named.used
-    mention, used = _amount(raw, words, i)
+    mention, used = _amount(words, i)
     if mention is None:
         return _partly_named(words, i, catalog), 1
     return mention, used
@@ -260,7 +236,7 @@ def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | 
     return Referent(None, (fitting[0],))
 
 
-def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Referent | None, int]:
+def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     for recognise in (_counted_by_word, _whole_unit, _share):
         found, used = recognise(words, i)
         if found is not None:
@@ -274,22 +250,13 @@ def _amount(raw: Sequence[Fragment], words: Sequence[str], i: int) -> tuple[Refe
     value, used = value * (1.5 if half else 1.0), used + half
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
-    return _without_unit(raw, words, i, used, Referent(None, value=value, number=number))
-
-
-def _without_unit(
-    raw: Sequence[Fragment], words: Sequence[str], i: int, used: int, bare: Referent
-) -> tuple[Referent, int]:
-    """A number whose unit the reader of numbers does not know, or that is the first of two, or that has none."""
-    other = _other_unit(raw, words, i, used)
-    if other is not None:
-        return replace(bare, value=bare.value * other[1], unit=other[0]), used + other[2]
-    ranged = _range(words, i + used, bare.value, words[i - 1] if i else "")
+    ranged = _range(words, i + used, value, words[i - 1] if i else "")
     if ranged is not None:
-        return replace(bare, value=ranged[0].value, unit=ranged[0].unit), used + ranged[1]
-    behind = words[i + used] if i + used < len(words) else ""
-    unit = "waypoints" if behind in WAYPOINT_WORDS else ""  # the word stays to be read
-    return replace(bare, unit=unit, weak=words[i] == "one" and used == 1), used
+        return replace(ranged[0], number=number), used + ranged[1]
+    counted = words[i + used : i + used + 1]
+    unit = "waypoints" if WAYPOINT_WORDS.intersection(counted) else ""  # the word stays to be read
+    weak = words[i] == "one" and used == 1
+    return Referent(None, value=value, unit=unit, number=number, weak=weak), used
 
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
@@ -339,27 +306,6 @@ def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
 
 def _weak(value: float, unit: str) -> Referent:
     return Referent(None, value=value, unit=unit, number=value, weak=True)
-
-
-_ODD_UNITS = {
-    '"': ("m", 0.0254), "in": ("m", 0.0254), "'": ("m", 0.3048), "m/s2": ("m/s2", 1.0), "m/s^2": ("m/s2", 1.0),
-    "m/s²": ("m/s2", 1.0),
-}  # fmt: skip
-_TOUCHING = ("'", "in")
-
-
-def _other_unit(raw: Sequence[Fragment], words: Sequence[str], i: int, used: int) -> tuple[str, float, int] | None:
-    """Units that the reader of numbers leaves: 2" and 2in, 3', m / s, m/s2; with the factor to SI and its words."""
-    if not is_digits(words[i]) or i + used >= len(words):
-        return None
-    behind = words[i + used]
-    if list(words[i + used : i + used + 3]) == ["m", "/", "s"]:
-        return "m/s", 1.0, 3
-    touching = (raw[i].words or (0, 0))[1] == (raw[i + used].words or (0, 0))[0]
-    last = i + used + 1 >= len(words) and behind == "in"
-    if behind not in _ODD_UNITS or (behind in _TOUCHING and not touching and not last):
-        return None
-    return (*_ODD_UNITS[behind], 1)
 
 
 def _number_of(word: str, value: float) -> float:
