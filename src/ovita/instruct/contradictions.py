@@ -17,7 +17,7 @@ from ovita.instruct.editing import OPPOSITE
 from ovita.instruct.lexicon import CENTI, DETERMINERS, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
-from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.part import WHOLE, PathPart, outside
 from ovita.text import quoted
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
@@ -385,9 +385,12 @@ def _senses(frame: F.SemanticFrame) -> list[str]:
 
 
 def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
-    """Whether two readings hold opposite senses, such as left and right."""
+    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but that part."""
+    one, other = tuple(one), tuple(other)
     mine, theirs = ({sense for frame in frames for sense in _senses(frame) + _paced(frame)} for frames in (one, other))
-    return any(OPPOSITE[sense] in theirs for sense in mine)
+    parts = [{frame.part for frame in frames if frame.part} for frames in (one, other)]
+    turned = {outside(part) for part in parts[0]} & parts[1] or {outside(part) for part in parts[1]} & parts[0]
+    return bool(turned) or any(OPPOSITE[sense] in theirs for sense in mine)
 
 
 def _paced(frame: F.SemanticFrame) -> list[str]:
