@@ -385,7 +385,7 @@ def _senses(frame: F.SemanticFrame) -> list[str]:
 
 
 def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
-    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but that part."""
+    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but it."""
     one, other = tuple(one), tuple(other)
     mine, theirs = ({sense for frame in frames for sense in _senses(frame) + _paced(frame)} for frames in (one, other))
     parts = [{frame.part for frame in frames if frame.part} for frames in (one, other)]
