@@ -180,7 +180,7 @@ def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
     if i is None:
         return frames
     frame = realised(frames[i], i, values)
-    open_size = isinstance(frame, F.Figure) and not edit.on and _main_of(frame) not in frame.quantities
+    open_size = isinstance(frame, F.Figure) and not frames[i].quantities and _main_of(frame) not in frame.quantities
     if open_size or not set(slots(frame)) & set(frame.quantities):
         return _put_at(frames, i, _by_degree(frames[i], edit))
     for slot in _rescaled_slots(frame, edit.on):

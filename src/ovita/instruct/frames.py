@@ -331,7 +331,7 @@ class Resize(SemanticFrame):
 
     NAME = "resize"
     change: Literal["", "larger", "smaller"] = ""
-    by: Quantity | None = field(default=None, metadata=_in("%", "x", ""))
+    by: Quantity | None = field(default=None, metadata=_in("x", "%", ""))
     about: Place = ""
 
 

@@ -71,6 +71,7 @@ class Retrospect:
         compared = short and any(word.endswith("er") or word in ("more", "less") for word in words)
         scaled = any(isinstance(edit, E.Rescale) and edit.factor for edit in self.best.edits) and "it" in words
         known = any(isinstance(edit, E.Command | E.Again | E.Flip) for edit in self.best.edits)
+        known = known or ("without" in words and any(isinstance(edit, E.Drop) for edit in self.best.edits))
         return compared or scaled or known or not BACKWARD.isdisjoint(words)
 
 

@@ -226,10 +226,11 @@ def judged(
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
     by, reading, confidence = found.likeliest()
-    unplaced = _unplaced(said, rules)
-    left = (*reading.unread, *(unplaced if by == "learned" and len(said) <= CURT else ()))
+    unplaced, sure = _unplaced(said, rules), found.sure(by, confidence)
+    by = "both" if _agree(rules, learned) else by  # also where the rules leave a word
+    left = (*reading.unread, *(unplaced if by == "both" or len(said) <= CURT else ()))
     reading = replace(reading, frames=spread(reading.frames, said))
-    outcome: Outcome = "do" if found.sure(by, confidence) else "needs_confirmation" if confidence >= SHOW else "decline"
+    outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
     if contradictions(said, (*rules.frames, *_frames(reading)), REFUSED):
         outcome = "decline"  # the opposite of what is said is not even shown
