@@ -46,7 +46,7 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
         in_units(reading, said, path.positions)
         for reading in (read(line.sentence, scene, path.positions), learned.reading(heard))
     )
-    if one.unread or one.aside:
+    if one.unread:
         one = replace(one, frames=())
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     both = Readings(said, one, other, weighed)

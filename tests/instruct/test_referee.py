@@ -44,11 +44,6 @@ def test_an_unread_word_is_named_and_never_silently_executed():
     assert (found.outcome, found.unused) == ("needs_confirmation", ("feed",))
 
 
-def test_asides_do_not_stop_a_certain_reading():
-    rules = reading("move right=5cm", aside=("it is hot",))
-    assert verdict("right 5 cm, it is hot", rules, reading("move right=5cm")).outcome == "do"
-
-
 def test_readings_that_differ_are_shown_and_the_likelier_one_is():
     sure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.95))
     assert (sure.outcome, sure.by) == ("needs_confirmation", "learned")

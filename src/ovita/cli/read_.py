@@ -56,8 +56,7 @@ def line(reading: Reading) -> str:
     """A reading on one line: frames in the notation, confidence, and what is left."""
     from ovita.instruct.notation import show
 
-    left = {"not read": quoted(reading.unread), "aside": quoted(reading.aside)}
-    left |= {"asks": reading.question, "declines": reading.improper}
+    left = {"not read": quoted(reading.unread), "asks": reading.question, "declines": reading.improper}
     told = "; ".join([f"{reading.confidence:.2f}", *(f"{what}: {words}" for what, words in left.items() if words)])
     return f"{show(reading.frames or reading.edits) or 'nothing'}  ({told})"
 

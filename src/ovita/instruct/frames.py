@@ -408,7 +408,6 @@ class Reading:
         frames: What it asks for, in the order of the sentence.
         edits: What it changes about the frames of earlier turns (`instruct.edits`), in order.
         unread: Content words that no frame was read from.
-        aside: Words that were understood to ask for nothing: reasons, politeness, asides.
         question: What has to be asked back, or "".
         improper: Why there is nothing that a path could do about it, or "".
         confidence: How likely all of it is meant (0..1).
@@ -419,7 +418,6 @@ class Reading:
     frames: tuple[SemanticFrame, ...] = ()
     edits: tuple[Any, ...] = ()
     unread: tuple[str, ...] = ()
-    aside: tuple[str, ...] = ()
     question: str = ""
     improper: str = ""
     confidence: float = 1.0

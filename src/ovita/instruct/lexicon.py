@@ -557,11 +557,6 @@ NEAR_WAYPOINTS = 0.1
 """Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
 
 
-def end_share(kind: str) -> str:
-    """What "at the start" (first) or "at the end" (last) is taken to be, as an assumption."""
-    return f'"at the {"start" if kind == "first" else "end"}" is the {kind} {END_SHARE:.0%} of the waypoints'
-
-
 def extent_of(positions: Array | None) -> float | None:
     """Diagonal of the bounding box of a path (N, 3) [m]; None without a path."""
     return float(np.linalg.norm(np.ptp(positions, axis=0))) if positions is not None and len(positions) else None

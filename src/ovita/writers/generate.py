@@ -223,8 +223,7 @@ def _decided(request: Request, effort: int) -> Reply:
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
-        ignored = verdict.rules.aside if verdict.rules is not None else ()
-        return _declined(verdict.unused or ignored or (request.instruction,))
+        return _declined(verdict.unused or (request.instruction,))
     if reply.kind != "policy":
         return reply
     if verdict.outcome == "do":
@@ -237,9 +236,8 @@ def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
     """The policy for a reading, or the question why there is none; None where its frames do not fit together."""
     if not reading.frames or reading.question:
         return None
-    ignored = (f"{quoted(reading.aside)} asks for nothing",) if reading.aside else ()
     try:
-        reply = reply_for(reading.frames, request, effort=effort, notes=(*reading.notes, *ignored))
+        reply = reply_for(reading.frames, request, effort=effort, notes=reading.notes)
     except (OvitaError, ValueError, IndexError):
         return None
     return reply if reply.kind == "policy" or reply.question else None
