@@ -95,6 +95,9 @@ NOUNS: dict[str, tuple[str, ...]] = {
 """The frames that a word of feedback, or a concept, can mean."""
 
 
+OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
+"""Words for another object, without its name."""
+
 NOES = ("no", "nope", "nah")
 IDLE = frozenset("if as than now there till does all very what where know".split())
 """Words of other classes that ask for nothing in feedback."""
@@ -341,6 +344,16 @@ class Remark:
     def active(self) -> tuple[Phrase, ...]:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
+
+    @cached_property
+    def wanted(self) -> list[Phrase]:
+        """The active pieces without a "not" right before them."""
+        return [p for p in self.active if not self.negated(p)]
+
+    @cached_property
+    def others(self) -> list[Phrase]:
+        """The active pieces that say that another object is meant."""
+        return [p for p in self.active if p.text in OTHERS]
 
     @property
     def adds(self) -> bool:
