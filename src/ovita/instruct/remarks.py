@@ -433,12 +433,20 @@ class Remark:
         left = [i for i in everything if i not in fine] or everything
         return [i for i in self.meant(self.active) if i in left] or left
 
+    @cached_property
+    def texts(self) -> set[str]:
+        """The words of the active pieces, each piece as a whole."""
+        return {p.text for p in self.active}
+
+    @property
+    def turning(self) -> bool:
+        """Whether what was done goes round so many times."""
+        return any(isinstance(frame, F.Figure) and frame.turns for frame in self.before)
+
     def counted(self, q: F.Quantity) -> bool:
         """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
-        likened = any(p.text in ("that", "as", "so") for p in self.active)
-        turns = any(isinstance(f, F.Figure) and f.turns for f in self.before)
-        factors = any(had.unit == q.unit for f in self.before for had in f.quantities.values())
-        return not likened and (turns or factors)
+        units = {had.unit for frame in self.before for had in frame.quantities.values()}
+        return (self.turning or q.unit in units) and self.texts.isdisjoint(("that", "as", "so"))
 
     def on(self, i: int) -> str:
         """How an edit names a frame: by its kind, or a direction or object of its own; "" where there is only one."""
