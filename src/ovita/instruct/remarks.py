@@ -23,7 +23,6 @@ from ovita.instruct.lexicon import (
     filler,
     is_digits,
     stems,
-    unit_at,
 )
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
@@ -273,9 +272,7 @@ def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[Scen
 def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     """The quantity that begins at a word, in the person's unit, and how many words it takes."""
     amount = amount_at(words, i)
-    if amount is None:
-        return _whole_unit(words, i)
-    if amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2]):
+    if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
     halved = and_a_half(words, i + used) if unit and words[i] in ("a", "an") else 0
@@ -289,18 +286,9 @@ def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     return F.Quantity(value, unit, said=f"{words[i]}{symbol(' '.join(said[1:]))}" if plain else ""), used
 
 
-def _whole_unit(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
-    """A full metre, a metre and a half."""
-    if words[i] in ("whole", "full"):
-        unit, factor, length = unit_at(words, i + 1)
-        return (F.Quantity(factor, unit), 1 + length) if unit else None
-    unit, factor, _ = unit_at(words, i) if and_a_half(words, i + 1) else ("", 1.0, 0)
-    return (F.Quantity(1.5 * factor, unit), 4) if unit else None
-
-
 def _counts(behind: Sequence[str]) -> bool:
     """Whether a "one" before some words is a number: "one lap", "one is enough"."""
-    return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
+    return bool(behind) and "turns" in _cues_at(behind, 0)[0]
 
 
 @dataclass(frozen=True)
@@ -330,7 +318,7 @@ class Remark:
     def praised(self) -> frozenset[int]:
         """The clauses that only say what is right: "the lift is fine"."""
         clauses = {p.clause for p in self.pieces if p.content}
-        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"} and "not" not in p.cues}
+        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"}}
         busy = {p.clause for p in self.pieces if p.cues & ACTING or p.number or (p.items and not p.cues)}
         left = good - busy
         return frozenset(left) if clauses - left else frozenset()
