@@ -161,11 +161,12 @@ def only(said: Remark) -> Iterator[Candidate]:
 
 def _denied(said: Remark) -> list[Phrase]:
     """The pieces that name what is not wanted: "not the shift", "everything but the shift"."""
+    nouns = [p for p in said.naming if p.text not in ADJECTIVES]  # "not as slow" wants less of it
     excepted = said.cued("except")
     if excepted:
         behind = said.active[said.active.index(excepted[-1]) + 1 :]
-        return [] if any(p.items for p in behind) else [p for p in behind if p in said.naming]
-    denied = [p for p in said.naming if said.denies(p) and p.text not in ADJECTIVES]
+        return [] if any(p.items for p in behind) else [p for p in nouns if p in behind]
+    denied = [p for p in nouns if said.denies(p)]
     return denied if all(said.denies(p) for p in said.headed) else []
 
 
