@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
 from ovita.instruct.frames import name_of
-from ovita.instruct.notation import quantity
+from ovita.instruct.lexicon import Degree
 from ovita.instruct.remarks import (
     ADJECTIVES,
     DIRECTIONS,
@@ -30,35 +29,36 @@ NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "dura
 ORDINALS = ("first", "last", "middle", "second")
 
 
+COUNTS = {"once": 1.0, "twice": 2.0, "thrice": 3.0}
+"""Words for numbers of turns."""
+
+_Where: TypeAlias = tuple[int, str]
+"""The number of a frame, and one of its slots."""
+
+
 def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
-    stated = [p for p in said.active if p.number] or _turn_words(said)
-    old = {id(p): where for p in stated if (where := _held(p, said)) and (len(stated) > 1 or said.negated(p))}
-    meant = next(iter(old.values())) if len(old) == 1 else None
-    found: dict[tuple[int, str], E.Edit] = {}
-    used: list[Phrase] = []
-    for piece in [p for p in stated if id(p) not in old]:
-        where = meant or _slot_of(piece, said)
+    stated = {p: p.number for p in said.active if p.number} or _turn_words(said)
+    old = _repeated(stated, said)
+    found: dict[_Where, E.Edit] = {}
+    for piece in [p for p in stated if p not in old]:
+        q = stated[piece]
+        where = next(iter(old.values())) if len(old) == 1 else _slot_of(piece, q, said)
         if where is not None:
-            found[where] = _set(piece, where, said)
-            used += [p for p in said.active if names(p, said.before[where[0]])]
+            on, slot = said.on(where[0]), where[1]
+            found[where] = E.Set(on=on, slot=slot, quantity=q, step=_step(piece, said))  # type: ignore[arg-type]
     if found:
+        named = [p for p in said.active if any(names(p, said.before[i]) for i, _ in found)]
         extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
         extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
-        yield Candidate(tuple(found.values()), (*used, *extra, *stated))
+        yield Candidate(tuple(found.values()), (*named, *extra, *stated))
 
 
-def _held(piece: Phrase, said: Remark) -> tuple[int, str] | None:
-    """The frame and slot that hold a number already."""
-    q = piece.number or quantity("1")
-    held = [(i, slot) for i, f in enumerate(said.before) for slot, had in f.quantities.items() if _alike(q, had)]
-    return held[-1] if held else None
-
-
-def _set(piece: Phrase, where: tuple[int, str], said: Remark) -> E.Edit:
-    i, slot = where
-    q, step = piece.number or quantity("1"), _step(piece, said)
-    return E.Set(on=said.on(i), slot=slot, quantity=q, step=step)  # type: ignore[arg-type]
+def _repeated(stated: Mapping[Phrase, F.Quantity], said: Remark) -> dict[Phrase, _Where]:
+    """The numbers that hold already and are to be others, with where: the second of "15 cm instead of 10 cm"."""
+    known = [(i, slot, had) for i, frame in enumerate(said.before) for slot, had in frame.quantities.items()]
+    told = stated if len(stated) > 1 else stated.keys() - set(said.wanted)
+    return {piece: (i, slot) for piece in told for i, slot, had in known if _alike(stated[piece], had)}
 
 
 def _alike(q: F.Quantity, had: F.Quantity) -> bool:
@@ -66,36 +66,29 @@ def _alike(q: F.Quantity, had: F.Quantity) -> bool:
     return any(abs(q.value - v) <= 1e-6 * max(1.0, abs(v)) for v in values) and q.unit in ("", had.unit)
 
 
-def _turn_words(said: Remark) -> list[Phrase]:
+def _turn_words(said: Remark) -> dict[Phrase, F.Quantity]:
     """Once and twice as numbers of turns."""
-    if not any(isinstance(f, F.Figure) and f.turns for f in said.before):
-        return []
-    counts = {"once": 1.0, "twice": 2.0, "thrice": 3.0}
-    bare = [p for p in said.active if p.text in counts and not any(q.text in ("as", "of") for q in said.active)]
-    return [replace(p, number=F.Quantity(counts[p.text], "turns")) for p in bare]
+    counting = said.turning and said.texts.isdisjoint(("as", "of"))
+    return {p: F.Quantity(COUNTS[p.text], "turns") for p in said.active if counting and p.text in COUNTS}
 
 
-def _slot_of(piece: Phrase, said: Remark) -> tuple[int, str] | None:
+def _slot_of(piece: Phrase, q: F.Quantity, said: Remark) -> _Where | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
-    assert piece.number is not None
-    unit = piece.number.unit
-    named = _named_slots(piece, said)
-    best: tuple[float, int, str] | None = None
+    named = _named_slots(piece, q, said)
+    scores: dict[_Where, float] = {}
     for i in said.targets:
         held = said.before[i].quantities
         for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
-            if slot in held and _surely(unit, slot, held[slot].unit):
+            if slot in held and _surely(q.unit, slot, held[slot].unit):
                 return i, slot
-            score = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
-            fits = unit in units and not _another_measure(unit, held.get(slot))
-            if fits and (best is None or score > best[0]):
-                best = score, i, slot
-    return best and best[1:]
+            if q.unit in units and not _another_measure(q.unit, held.get(slot)):
+                scores[i, slot] = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
+    return max(scores, key=lambda where: scores[where], default=None)
 
 
-def _named_slots(piece: Phrase, said: Remark) -> set[str | None]:
+def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str | None]:
     """The slots that the words beside a number name; those of all clauses where it has no unit."""
-    around = [p for p in said.active if p.clause == piece.clause or not (piece.number and piece.number.unit)]
+    around = [p for p in said.active if p.clause == piece.clause or not q.unit]
     return {NAMED.get(cue) for p in around for cue in p.cues} | {SENSES.get(p.concept) for p in around}
 
 
@@ -115,16 +108,13 @@ FACTORED = ("%", "x")
 
 def _step(piece: Phrase, said: Remark) -> int:
     """1 or -1 if a number is more or less than before ("5 cm higher", "increase it by 0.1"), 0 if it is the value."""
-    i = said.active.index(piece) if piece in said.active else 0
-    before = [p for p in said.active[:i] if p.clause == piece.clause]
-    if step := _step_before(before):
+    i = said.active.index(piece)
+    if step := _step_before([p for p in said.active[:i] if p.clause == piece.clause]):
         return step
     behind = next((p for p in said.active[i + 1 : i + 3] if "turns" not in p.cues), Phrase("", 0))
     if behind.text in STEPS or not behind.text.endswith("er"):
         return STEPS.get(behind.text, 0)
-    sense = SENSES.get(behind.concept, "")
-    known = {sense for k in said.targets for sense in senses_of(said.before[k])} if sense else set()
-    return 1 if sense in known else -1 if OPPOSITE.get(sense) in known else 0
+    return _along(behind, set().union(*(senses_of(said.before[k]) for k in said.targets)))
 
 
 def _step_before(before: Sequence[Phrase]) -> int:
@@ -162,8 +152,7 @@ def _more_or_less(
     said: Remark, signs: Mapping[int, tuple[int, tuple[Phrase, ...]]], used: Sequence[Phrase]
 ) -> Candidate:
     """More of some frames and less of others where each has words of its own; else of the last one."""
-    degree: Any = next((d for d in ("slight", "large") if any(not said.judged(p) for p in said.cued(d))), None)
-    degree = degree or ("large" if [p.text for p in said.active].count("more") > 2 else None)  # "more, more, more!"
+    degree = _degree(said)
     changes: dict[int, Any] = {i: "more" if sign > 0 else "less" for i, (sign, _) in signs.items()}
     used = (*used, *(p for _, sensed in signs.values() for p in sensed))
     if len({p for _, sensed in signs.values() for p in sensed[:1]}) == len(signs) > 1:
@@ -171,6 +160,14 @@ def _more_or_less(
         return Candidate(edits, used)
     last = changes[list(signs)[-1]]
     return _scaled(said, list(signs), lambda on: E.Rescale(on=on, change=last, degree=degree), used)
+
+
+def _degree(said: Remark) -> Degree | None:
+    """How much more or less: "a bit", "a lot", "more, more, more!"."""
+    cues = {cue for p in said.active if not said.judged(p) for cue in p.cues}
+    if "slight" in cues:
+        return "slight"
+    return "large" if "large" in cues or [p.text for p in said.active].count("more") > 2 else None
 
 
 def _way(said: Remark, i: int) -> str:
@@ -210,23 +207,26 @@ def _factor_word(said: Remark, i: int) -> _Factor | None:
 def _factor_number(said: Remark, i: int) -> _Factor | None:
     """Three times, 50 % more."""
     piece, q = said.active[i], said.active[i].number
-    before, behind = said.active[max(i - 1, 0) : i], said.active[i + 1 : i + 2]
-    if q is not None and q.unit == "x" and not said.counted(q):
-        return q.value, (piece, *behind)
-    by = said.active[max(i - 3, 0) : i] if any(p.text == "by" for p in before) else ()
-    near = {cue for p in (*before, *behind, *by) for cue in p.cues}
-    if q is not None and q.unit == "%" and near & {"more", "less"}:
-        return 1 + (-1 if "less" in near else 1) * q.value, (piece, *before, *behind, *by)
+    if q is None:
+        return None
+    if q.unit == "x" and not said.counted(q):
+        return q.value, said.active[i : i + 2]
+    near = [p for p in said.active[max(i - 3, 0) : i + 2] if p.cues & {"more", "less"}]
+    if near and q.unit == "%":
+        less = any("less" in p.cues for p in near)
+        return 1 - q.value if less else 1 + q.value, (piece, *near)
     return None
 
 
 def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
     """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
+    senses = senses_of(frame)
     for i, piece in enumerate(said.active):
-        along = _along(piece, senses_of(frame))
+        along = _along(piece, senses)
         before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
         judged, settled = _judgement(said, piece, before, said.active[i + 1 : i + 3])
-        if not along or (piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er"))):
+        amount = piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er"))
+        if not along or amount:
             continue
         if settled:
             return (-along if judged and not _resolved(piece) else along), (piece, *before)
@@ -251,14 +251,13 @@ def _along(piece: Phrase, senses: Collection[str]) -> int:
 
 def _resolved(piece: Phrase) -> bool:
     """Whether a phrase of several words turns its adjective round by itself: "too close"."""
-    first, *more = piece.text.split()
-    return bool(more) and first in ("too", "so", "less", "that")
+    return piece.text.startswith(("too ", "so ", "less ", "that "))
 
 
 def _judgement(said: Remark, piece: Phrase, before: Sequence[Phrase], behind: Sequence[Phrase]) -> tuple[bool, bool]:
     """Whether words beside a piece say that it is too much of it; and whether it says which way by itself."""
     enough = any("enough" in p.cues for p in behind[:1])
-    judged = not enough and any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
-    judged = judged or any("less" in p.cues for p in behind)
-    graded = piece.text in ADJECTIVES and (judged or enough or bool(said.cued("more", "weak")))
-    return judged, _resolved(piece) or graded or any(w.endswith("er") for w in piece.text.split())
+    against = any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
+    judged = (against and not enough) or any("less" in p.cues for p in behind)
+    graded = piece.text in ADJECTIVES and bool(judged or enough or said.cued("more", "weak"))
+    return judged, graded or _resolved(piece) or any(word.endswith("er") for word in piece.text.split())

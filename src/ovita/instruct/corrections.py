@@ -10,17 +10,11 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
 from ovita.instruct.remarks import ADJECTIVES, DIRECTIONS, SENSES, Candidate, Phrase, Remark, heading, senses_of
+from ovita.instruct.together import STRETCH_AT
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 
-OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
-"""Words for another object, without its name."""
-
 NEAR = ("near", "around")
-
-STRETCH_AT = {"start": "first", "goal": "last"}
-STRETCHES = tuple(STRETCH_AT.values())
-"""The part of the path at each of its ends."""
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 
@@ -30,8 +24,7 @@ def flips(said: Remark) -> Iterator[Candidate]:
     turning = any(isinstance(frame, F.Figure | F.Rotate) for frame in said.before)
     if pieces := said.cued("flip", "ccw", "cw") if turning else said.cued("flip"):
         ways = [i for i in said.targets if directions_of(said.before[i])] or said.targets
-        others = [p for p in said.active if p.text in OTHERS]
-        yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *others))
+        yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *said.others))
 
 
 def contraries(said: Remark) -> Iterator[Candidate]:
@@ -39,7 +32,7 @@ def contraries(said: Remark) -> Iterator[Candidate]:
     denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]
     for i in reversed(said.targets if said.corrects or denied else []):
         against = {OPPOSITE.get(sense) for sense in senses_of(said.before[i])} - {None, "less"}
-        pieces = [p for p in said.active if SENSES.get(p.concept) in against and not said.negated(p)]
+        pieces = [p for p in said.wanted if SENSES.get(p.concept) in against]
         if pieces:
             yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *denied, *said.cued("not")))
 
@@ -71,15 +64,14 @@ def _passed(said: Remark, frame: F.SemanticFrame) -> list[Phrase]:
 
 def objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said."""
-    new = [p for p in said.active if {*p.items} - said.known and not said.negated(p)]
-    others = [p for p in said.active if p.text in OTHERS]
+    new = [p for p in said.wanted if {*p.items} - said.known]
     i = _about_objects(said)
-    if said.adds or i is None or not (new or others):
+    if said.adds or i is None or not (new or said.others):
         return
     items, several = _items(new) or said.alike(said.before[i]), len(new) > 1 or any(map(_several, new))
     items = items if several else tuple(name for name in items if name not in said.known)
     near = said.of(*NEAR) if said.corrects else []
-    used = (*new, *others, *near, *said.naming, *said.cued("not", "flip"))
+    used = (*new, *said.others, *near, *said.naming, *said.cued("not", "flip"))
     if len(items) == 1 or several:
         yield Candidate((E.Replace(on=said.on(i), objects=items),), used)
     elif items:
@@ -87,9 +79,8 @@ def objects(said: Remark) -> Iterator[Candidate]:
 
 
 def _about_objects(said: Remark) -> int | None:
-    """Number of the last frame about objects, of those that are meant if one of these is."""
-    about = [i for i, frame in enumerate(said.before) if frame.named]
-    return next(reversed([i for i in about if i in said.targets] or about), None)
+    """Number of the last frame about objects, of those that are meant."""
+    return next((i for i in reversed(said.targets) if said.before[i].named), None)
 
 
 def _items(pieces: Sequence[Phrase]) -> tuple[str, ...]:
@@ -104,36 +95,38 @@ def _several(piece: Phrase) -> bool:
 
 def copies(said: Remark) -> Iterator[Candidate]:
     """The same for another object besides: "the same for the bottle"."""
+    i = _about_objects(said)
+    if i is None or not (said.adds or said.cued("same")):
+        return
     new = [p for p in said.active if p.items]
-    about = [frame for frame in said.before if frame.named]
-    names = [name for name in _items(new) if about and name not in about[-1].named]
-    if names and (said.adds or said.cued("same")):
-        (copy,) = apply((E.Replace(objects=tuple(names)),), (about[-1],), Scene())
+    names = tuple(name for name in _items(new) if name not in said.before[i].named)
+    if names:
+        (copy,) = apply((E.Replace(objects=names),), (said.before[i],), Scene())
         yield Candidate((E.Also(frame=copy),), (*new, *said.of(*NEAR), *said.cued("also")))
 
 
 def ends(said: Remark) -> Iterator[Candidate]:
     """The other end of the path than was said: "I meant the goal"; or that one besides: "the goal as well"."""
     pieces = said.of("start", "goal")
-    end: Any = next((p.concept for p in reversed(pieces) if not said.negated(p)), "")
-    instead = said.corrects or len({p.concept for p in pieces}) == 2
-    for i, frame in enumerate(said.before if end else ()):
-        edit: E.Edit | None = None
+    meant: list[Any] = [p.concept for p in pieces if p in said.wanted]
+    instead = said.corrects or {"start", "goal"} == {p.concept for p in pieces}
+    used = (*pieces, *said.cued("also", "not"))
+    for i, frame in enumerate(said.before if meant else ()):
+        end = meant[-1]
         if isinstance(frame, F.MoveEnd) and frame.end != end:
             edit = E.Also(frame=replace(frame, end=end)) if said.adds else E.Replace(end=end)
-        elif frame.part.kind in STRETCHES and frame.part.kind != STRETCH_AT[end] and instead:
-            edit = E.Restrict(on=said.on(i), part=replace(frame.part, kind=STRETCH_AT[end]))
-        if edit:
-            yield Candidate((edit,), (*pieces, *said.cued("also", "not")))
+            yield Candidate((edit,), used)
+        elif instead and {frame.part.kind, STRETCH_AT[end]} == {"first", "last"}:
+            yield Candidate((E.Restrict(on=said.on(i), part=replace(frame.part, kind=STRETCH_AT[end])),), used)
 
 
 def ends_left_out(said: Remark) -> Iterator[Candidate]:
     """Everywhere but at the ends: "but not the start and the goal"."""
     ends, no = said.of("start", "goal"), said.cued("not", "except")
-    plain = all(frame.part == WHOLE and not isinstance(frame, F.MoveEnd) for frame in said.before)
-    if ends and no and said.before and plain:
-        parts = (PathPart(STRETCH_AT[p.concept]) for p in ends)
-        yield Candidate(tuple(E.Except(part=part) for part in dict.fromkeys(parts)), (*ends, *no))
+    parted = any(frame.part or isinstance(frame, F.MoveEnd) for frame in said.before)
+    if ends and no and said.before and not parted:
+        kinds = dict.fromkeys(STRETCH_AT[p.concept] for p in ends)
+        yield Candidate(tuple(E.Except(part=PathPart(kind)) for kind in kinds), (*ends, *no))
 
 
 def everywhere(said: Remark) -> Iterator[Candidate]:
@@ -149,44 +142,45 @@ def drops(said: Remark) -> Iterator[Candidate]:
     yield from _ordinals(said, pieces)
     denied = [] if said.cued("less", "weak", "enough") else _denied(said)
     words = denied or (said.naming if pieces else [])
-    meant = said.meant([p for p in words if not p.items]) or said.meant(words)
     used = (*pieces, *words, *said.cued("not", "except", "keep"))
-    if meant:
-        yield from _without(said, meant, [heading(p) for p in words if heading(p)], used)
+    yield from _without(said, said.meant(words), words, used)
 
 
 def only(said: Remark) -> Iterator[Candidate]:
     """Without all but what is named: "only the slowing down"."""
     kept = said.meant(said.naming) if said.cued("only") else []
     used = (*said.naming, *said.cued("only"))
-    if kept and said.cued("keep"):  # "leave the speed alone"
+    if said.cued("keep"):  # "leave the speed alone"
         yield from _without(said, kept, (), used)
-    elif kept and len(kept) < len(said.before):
+    elif 0 < len(kept) < len(said.before):
         yield Candidate(tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in kept), used)
     elif len(kept) == 1:
         ways = {heading(p) for p in said.naming}
-        gone = [way for way in directions_of(said.before[kept[0]]) if way not in ways]
-        yield Candidate(tuple(E.Drop(on=way) for way in gone), used)
+        yield Candidate(tuple(E.Drop(on=way) for way in directions_of(said.before[0]) if way not in ways), used)
 
 
 def _denied(said: Remark) -> list[Phrase]:
     """The pieces that name what is not wanted: "not the shift", "everything but the shift"."""
+    nouns = [p for p in said.naming if p.text not in ADJECTIVES]  # "not as slow" wants less of it
     excepted = said.cued("except")
     if excepted:
         behind = said.active[said.active.index(excepted[-1]) + 1 :]
-        return [] if any(p.items for p in behind) else [p for p in behind if p in said.naming]
-    denied = [p for p in said.naming if said.denies(p) and p.text not in ADJECTIVES]
+        return [] if any(p.items for p in behind) else [p for p in nouns if p in behind]
+    denied = [p for p in nouns if said.denies(p)]
     return denied if all(said.denies(p) for p in said.headed) else []
 
 
-def _without(said: Remark, meant: Sequence[int], ways: Sequence[str], used: tuple[Phrase, ...]) -> Iterator[Candidate]:
+def _without(
+    said: Remark, meant: Sequence[int], words: Sequence[Phrase], used: tuple[Phrase, ...]
+) -> Iterator[Candidate]:
     """Without what is named: directions of a frame, some of the frames, or the only one."""
-    known = directions_of(said.before[meant[0]])
-    if len(meant) == 1 and ways and len(known) > 1:
-        yield Candidate(tuple(E.Drop(on=way) for way in ways if way in known), used)
-    elif len(meant) < len(said.before):
+    known = directions_of(said.before[meant[0]]) if len(meant) == 1 else ()
+    ways = [heading(p) for p in words if heading(p) in known]
+    if ways and len(known) > 1:
+        yield Candidate(tuple(E.Drop(on=way) for way in ways), used)
+    elif 0 < len(meant) < len(said.before):
         yield Candidate(tuple(E.Drop(on=said.on(i)) for i in meant), used)
-    elif len(said.before) == 1:
+    elif len(meant) == 1:
         yield Candidate((E.Drop(),), used)
 
 

@@ -150,8 +150,9 @@ class Catalog:
         self.words = {item.name: name_words(item) for item in scene}
         self.heads: dict[str, list[SceneObject]] = {}
         for item in scene:
-            if len(self.words[item.name]) <= NAMED:
-                self.heads.setdefault((self.words[item.name] or ("",))[-1], []).append(item)
+            words = self.words[item.name]
+            if 0 < len(words) <= NAMED:
+                self.heads.setdefault(words[-1], []).append(item)
         self.names = self._all_names()
         self.longest = max((len(name) for name in self.names), default=0)
         self.traits = traits(scene, self.words)
@@ -163,7 +164,7 @@ class Catalog:
         names = {self.words[item.name]: item for item in self.scene if self.words[item.name]}
         names = {("".join(words),): item for words, item in names.items()} | names
         for head, items in self.heads.items():
-            if len(items) == 1 and head and not concept_at((head,), 0)[0] and not is_filler(head):
+            if len(items) == 1 and not concept_at((head,), 0)[0] and not is_filler(head):
                 names.setdefault((head,), items[0])
         return names
 
@@ -242,6 +243,10 @@ class Catalog:
 
     def _along(self, item: SceneObject) -> float:
         return 0.0 if self.path is None else float(np.argmin(item.distance(self.path)))
+
+    def is_noun(self, word: str) -> bool:
+        """Whether a word, in the singular or the plural, means objects of some kind."""
+        return singular(word) in GENERIC or singular(word) in self.heads
 
     def fits(self, item: SceneObject, trait: str) -> bool:
         """Whether a word describes an object, by its name or by the scene's description."""
@@ -348,7 +353,7 @@ class _Phrase:
         self._behind()
         self.many = self.many or plural
         items = [item for item in of_kind if all(self.catalog.fits(item, trait) for trait in self.traits)]
-        mere = not (noun in GENERIC or quantified or plural or told or self._told())
+        mere = not (noun in GENERIC or quantified or plural or self._told())
         return None if mere and len(items) == 1 else items
 
     def _told(self) -> bool:
@@ -363,14 +368,11 @@ class _Phrase:
             self.expected = 2 if word in ("both", "either") else None
             self.skip()
             word = self.word()
-        count = NUMBER_WORDS.get(word)
-        if count is not None and count >= 2 and self.at + 1 < len(self.words):
-            following = self.words[self.at + 1]
-            if singular(following) != following and (
-                singular(following) in GENERIC or singular(following) in self.catalog.heads
-            ):
-                self.at += 1
-                self.many, self.expected = True, int(count)
+        following = self._peek()
+        plural = singular(following) != following and self.catalog.is_noun(following)
+        if plural and (count := NUMBER_WORDS.get(word, 0)) >= 2:
+            self.at += 1
+            self.many, self.expected = True, int(count)
         return self.many
 
     def _modifiers(self) -> None:
@@ -380,14 +382,13 @@ class _Phrase:
     def _modifier(self) -> bool:
         """Read one word before the noun; whether there was one."""
         word = self.word()
-        near = self.catalog.nearness(self.words, self.at) if word in NEARNESS else None
+        near = self.catalog.nearness(self.words, self.at)
         key = self.catalog.measure(word) or (near[0] if near is not None and near[1] == 1 else None)
-        noun_behind = singular(self._peek()) in GENERIC or singular(self._peek()) in self.catalog.heads
         if key is not None:
             self.key = key
         elif word == "other":
             self.other = True
-        elif word in COUNTED and noun_behind:
+        elif word in COUNTED and self.catalog.is_noun(self._peek()):
             self.ordinal = COUNTED[word]
         elif word in self.catalog.vocabulary and not self._is_noun_here():
             self._trait()
@@ -406,29 +407,22 @@ class _Phrase:
 
     def _is_noun_here(self) -> bool:
         """Whether the word at hand is the noun itself: a head with no further noun behind it."""
-        behind = singular(self._peek())
-        return singular(self.word()) in self.catalog.heads and not (
-            behind in GENERIC
-            or behind in self.catalog.heads
-            or self._peek() in SHAPED
-            or self._peek() in self.catalog.vocabulary
-        )
+        behind = self._peek()
+        described = behind in SHAPED or behind in self.catalog.vocabulary
+        return singular(self.word()) in self.catalog.heads and not (described or self.catalog.is_noun(behind))
 
     def _behind(self) -> None:
         """Read "that is red", "made of glass", "nearest to the goal", "on the left"."""
-        text = " ".join(self.words[self.at : self.at + 8])
-        for link in (link for link in LINKS if text.startswith(link + " ")):
-            begin = self.at + len(link.split())
-            at = next((k for k in range(begin, len(self.words)) if self.words[k] not in SKIPPED), len(self.words))
-            if "".join(self.words[at : at + 1]) in self.catalog.vocabulary:
-                self.at = at
-                self._trait()
-                self.at += 1
-                return
-            near = self.catalog.nearness(self.words, at)
-            if near is not None:
-                self.key, self.at = near[0], at + near[1]
-                return
+        begin, text = self.at, " ".join(self.words[self.at : self.at + 8])
+        link = next((link for link in LINKS if text.startswith(link + " ")), "")
+        if link:
+            self.at += len(link.split())
+            self.skip()
         near = self.catalog.nearness(self.words, self.at)
-        if near is not None:
+        if link and self.word() in self.catalog.vocabulary:
+            self._trait()
+            self.at += 1
+        elif near is not None:
             self.key, self.at = near[0], self.at + near[1]
+        else:
+            self.at = begin

@@ -23,7 +23,6 @@ from ovita.instruct.lexicon import (
     filler,
     is_digits,
     stems,
-    unit_at,
 )
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
@@ -94,6 +93,9 @@ NOUNS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """The frames that a word of feedback, or a concept, can mean."""
 
+
+OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
+"""Words for another object, without its name."""
 
 NOES = ("no", "nope", "nah")
 IDLE = frozenset("if as than now there till does all very what where know".split())
@@ -234,19 +236,14 @@ def _number_at(words: Sequence[str], i: int, least: int, cued: int) -> _Read | N
 
 def _sense_at(phrase: Sequence[str], cued: tuple[frozenset[str], int], concept: str) -> _Read:
     """The cues of feedback, with how many words they take, or the concept of a phrase, whichever is longer."""
-    (cues, used), length, told = cued, len(phrase), concept
-    word = phrase[0] if phrase else ""
-    if concept in ("plain", "join"):
-        same, told = _same(concept, ()), ""
-    elif concept in ("at_least", "at_most") and word in ("more", "less", "fewer"):
-        same, told, length = _same(concept, ()), "", 0
-    else:
-        same = _same(concept, phrase)
+    (cues, used), length, same = cued, len(phrase), _same(concept, phrase)
+    compared = concept in ("at_least", "at_most") and phrase[0] in ("more", "less", "fewer")
+    told = "" if compared or concept in ("plain", "join") else concept
     if length >= used and same:
         return {"cues": cues | same, "concept": told}, length
     if used and (used >= length or not told):
         return {"cues": cues, "concept": told if used == length else ""}, used
-    return {"concept": told} if told else {}, length if told else max(length, 1)
+    return {"concept": told} if told else {}, max(length, 1)
 
 
 def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
@@ -275,34 +272,23 @@ def _mention(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[Scen
 def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     """The quantity that begins at a word, in the person's unit, and how many words it takes."""
     amount = amount_at(words, i)
-    if amount is None:
-        return _whole_unit(words, i)
-    if amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2]):
+    if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
     halved = and_a_half(words, i + used) if unit and words[i] in ("a", "an") else 0
     value, used = value * (1.5 if halved else 1.0), used + halved
     said = words[i : i + used]
     plain = is_digits(words[i]) and "/" not in said and used <= 2
-    factor = "x" in (words[i - 1] if i else "", "".join(words[i + used : i + used + 1]))
-    if not unit and factor:
+    factor = "x" in (*words[max(i - 1, 0) : i], *words[i + used : i + used + 1])
+    if factor and not unit:
         return F.Quantity(value, "x"), used
     unit = "x" if not unit and "/" in said else unit
     return F.Quantity(value, unit, said=f"{words[i]}{symbol(' '.join(said[1:]))}" if plain else ""), used
 
 
-def _whole_unit(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
-    """A full metre, a metre and a half."""
-    if words[i] in ("whole", "full"):
-        unit, factor, length = unit_at(words, i + 1)
-        return (F.Quantity(factor, unit), 1 + length) if unit else None
-    unit, factor, _ = unit_at(words, i) if and_a_half(words, i + 1) else ("", 1.0, 0)
-    return (F.Quantity(1.5 * factor, unit), 4) if unit else None
-
-
 def _counts(behind: Sequence[str]) -> bool:
     """Whether a "one" before some words is a number: "one lap", "one is enough"."""
-    return bool(behind) and any("turns" in cues for cues, _ in [_cues_at(behind, 0)])
+    return bool(behind) and "turns" in _cues_at(behind, 0)[0]
 
 
 @dataclass(frozen=True)
@@ -325,14 +311,14 @@ class Remark:
     def elsewhere(self) -> bool:
         """Whether it names kinds of change, and none of those before."""
         plain = [p for p in self.pieces if p.text != "move" and p.concept not in ("away", "closer")]
-        naming = [p for p in plain if any(NOUNS.get(cue) for cue in (*p.cues, p.concept))]
-        return bool(naming) and not self.meant(self.pieces)
+        naming = any(NOUNS.get(cue) for p in plain for cue in (*p.cues, p.concept))
+        return naming and not self.meant(self.pieces)
 
     @cached_property
     def praised(self) -> frozenset[int]:
         """The clauses that only say what is right: "the lift is fine"."""
         clauses = {p.clause for p in self.pieces if p.content}
-        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"} and "not" not in p.cues}
+        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"}}
         busy = {p.clause for p in self.pieces if p.cues & ACTING or p.number or (p.items and not p.cues)}
         left = good - busy
         return frozenset(left) if clauses - left else frozenset()
@@ -341,6 +327,16 @@ class Remark:
     def active(self) -> tuple[Phrase, ...]:
         """The pieces of the other clauses."""
         return tuple(p for p in self.pieces if p.clause not in self.praised)
+
+    @cached_property
+    def wanted(self) -> list[Phrase]:
+        """The active pieces without a "not" right before them."""
+        return [p for p in self.active if not self.negated(p)]
+
+    @cached_property
+    def others(self) -> list[Phrase]:
+        """The active pieces that say that another object is meant."""
+        return [p for p in self.active if p.text in OTHERS]
 
     @property
     def adds(self) -> bool:
@@ -400,32 +396,37 @@ class Remark:
     def denies(self, piece: Phrase) -> bool:
         """Whether "no" or "don't" stands right before a piece."""
         i = self.active.index(piece)
-        behind = [p.text for p in self.active[i + 1 : i + 3] if p.clause == piece.clause]
         before = [p.text.split()[-1] for p in self.active[:i] if p.text not in ("the", "a", "an")][-1:]
-        if piece.text.split()[0] in ("so", "too") or piece.text.endswith("er"):
-            return False
-        return bool({"no", "nae", "not", "without", "senza"} & set(before)) or behind[:1] == ["no"]
+        compared = piece.text.startswith(("so ", "too ")) or piece.text.endswith("er")
+        return not compared and not {"no", "nae", "not", "without", "senza"}.isdisjoint(before)
 
     def meant(self, pieces: Sequence[Phrase]) -> list[int]:
         """Numbers of the frames that pieces name by a noun, a direction or an object; by all of these if one fits."""
-        found = [{i for i, frame in enumerate(self.before) if names(p, frame)} for p in pieces]
-        found = [frames for frames in found if frames]
+        named = [{i for i, frame in enumerate(self.before) if names(p, frame)} for p in pieces]
+        found = [frames for frames in named if frames]
         return sorted(set.intersection(*found) or set.union(*found)) if found else []
 
     @cached_property
     def targets(self) -> list[int]:
         """Numbers of the frames that it can be about."""
-        everything = list(range(len(self.before)))
-        fine = set(self.meant([p for p in self.pieces if p.clause in self.praised]))
-        left = [i for i in everything if i not in fine] or everything
-        return [i for i in self.meant(self.active) if i in left] or left
+        everything = set(range(len(self.before)))
+        left = everything.difference(self.meant([p for p in self.pieces if p.clause in self.praised])) or everything
+        return sorted(left.intersection(self.meant(self.active)) or left)
+
+    @cached_property
+    def texts(self) -> set[str]:
+        """The words of the active pieces, each piece as a whole."""
+        return {p.text for p in self.active}
+
+    @property
+    def turning(self) -> bool:
+        """Whether what was done goes round so many times."""
+        return any(isinstance(frame, F.Figure) and frame.turns for frame in self.before)
 
     def counted(self, q: F.Quantity) -> bool:
         """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
-        likened = any(p.text in ("that", "as", "so") for p in self.active)
-        turns = any(isinstance(f, F.Figure) and f.turns for f in self.before)
-        factors = any(had.unit == q.unit for f in self.before for had in f.quantities.values())
-        return not likened and (turns or factors)
+        units = {had.unit for frame in self.before for had in frame.quantities.values()}
+        return (self.turning or q.unit in units) and self.texts.isdisjoint(("that", "as", "so"))
 
     def on(self, i: int) -> str:
         """How an edit names a frame: by its kind, or a direction or object of its own; "" where there is only one."""
@@ -437,15 +438,10 @@ class Remark:
 
 
 def names(piece: Phrase, frame: F.SemanticFrame) -> bool:
-    """Whether a piece names a frame."""
-    kinds = [kind for cue in (*piece.cues, piece.concept) for kind in NOUNS.get(cue, ())]
-    sense = SENSES.get(piece.concept, "")
-    return (
-        name_of(frame) in kinds
-        or frame.NAME in kinds
-        or (sense in DIRECTIONS and sense in directions_of(frame))
-        or bool(set(piece.items) & set(frame.named))
-    )
+    """Whether a piece names a frame, by its kind, a direction or an object."""
+    kinds = {kind for cue in (*piece.cues, piece.concept) for kind in NOUNS.get(cue, ())}
+    called = {name_of(frame), frame.NAME} & kinds or {*piece.items} & {*frame.named}
+    return bool(called) or SENSES.get(piece.concept) in directions_of(frame)
 
 
 def heading(piece: Phrase) -> str:
@@ -465,12 +461,12 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
             found.add("slower" if slower else "faster")
         case F.Approach(sense=sense):
             found.add(sense)
-        case F.Clearance(distance=F.Quantity(role=role)):
-            found.add("closer" if role == "at_most" else "farther")
+        case F.Clearance(distance=F.Quantity(role="at_most")) | F.MoveEnd(relation="toward"):
+            found.add("closer")
+        case F.Clearance() | F.MoveEnd(relation="away"):
+            found.add("farther")
         case F.Resize(change="smaller"):
             found |= {"less", "smaller"}
-        case F.MoveEnd(relation="toward" | "away" as way):
-            found.add("closer" if way == "toward" else "farther")
         case F.Curve(change=change):
             found.add("bent" if change == "more" else "straight")
     return found | _GROWING.get(type(frame), set()) - ({"larger"} if "smaller" in found else set())

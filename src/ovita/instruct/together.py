@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
-from typing import TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import UNIT_KIND, Chunk
@@ -26,17 +26,19 @@ def added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.Semanti
 
 def _joined(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame | None:
     """Two frames as one, or None where they are two."""
-    over = isinstance(last, F.Hop | F.Hover) or (isinstance(last, F.Visit) and last.relation in ("over", "under"))
-    if over and last.named == frame.named and not last.quantities.get("by"):
-        by = frame.by if isinstance(frame, F.Approach) else frame.distance if isinstance(frame, F.Clearance) else None
-        return None if by is None else replace(last, by=replace(by, role="by"))  # type: ignore[call-arg]
-    if not isinstance(last, F.Shift | F.MoveEnd) or not isinstance(frame, F.Shift | F.MoveEnd):
-        return None
-    if not last.offset or last != replace(frame, offset=last.offset):
-        return None
-    ways = dict(frame.offset)
-    taken = {way: q for way, q in last.offset if q is not None or way not in ways}
-    return None if taken.keys() & ways.keys() else replace(last, offset=(*taken.items(), *frame.offset))
+    match last, frame:
+        case (
+            (F.Hop() | F.Hover() | F.Visit(relation="over" | "under")) as over,
+            F.Approach(by=F.Quantity() as by) | F.Clearance(distance=by),
+        ):
+            if over.named == frame.named and not over.quantities.get("by"):
+                return replace(over, by=replace(by, role="by"))
+        case (F.Shift() | F.MoveEnd()) as first, (F.Shift() | F.MoveEnd()) as second:
+            open_ = {way for way, q in first.offset if q is None}
+            before, then = dict(first.offset), dict(second.offset)
+            if before and first == replace(second, offset=first.offset) and before.keys() & then.keys() <= open_:
+                return replace(first, offset=tuple((before | then).items()))
+    return None
 
 
 def of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -60,12 +62,13 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
+STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}
+"""The part of the path at each of its ends."""
+
+
 def shared(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
     """A frame with the part that opened the sentence: "points 5 to 15 higher and slower"."""
-    last = made[-1] if made else None
-    if last is None or frame.part or not last.part or not isinstance(frame, (F.Pace, F.Shift)):
-        return frame
-    return replace(frame, part=last.part)
+    return frame if frame.part or not isinstance(frame, F.Pace | F.Shift) else replace(frame, part=made[-1].part)
 
 
 def placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -82,13 +85,13 @@ def placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.Semanti
 
 def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
     for frame in reversed(made):
+        place = getattr(frame, "place", "")
         if isinstance(frame, F.MoveEnd):
-            return PathPart("first" if frame.end == "start" else "last")
+            return PathPart(STRETCH_AT[frame.end])
         if frame.part:
             return frame.part
-        place = getattr(frame, "place", "")
-        if place in ("start", "goal"):
-            return PathPart("first" if place == "start" else "last", unit="share")
+        if place in STRETCH_AT:
+            return PathPart(STRETCH_AT[place], unit="share")
         if isinstance(frame, F.Visit) and frame.relation == "between":
             return PathPart("between", frame.objects[:2])
         if frame.named:
@@ -99,10 +102,11 @@ def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
 def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
     """What is left over of the path; of one whose start keeps its speed, what comes after its first part."""
     for frame in reversed(made):
-        if isinstance(frame, F.Keep) and frame.what in ("start", "goal") and paced:
-            return outside(PathPart("first" if frame.what == "start" else "last"))
-        if isinstance(frame, F.Keep) and frame.what in ("start", "goal", "ends"):
-            return WHOLE
+        match frame:
+            case F.Keep(what="start" | "goal" as end) if paced:
+                return outside(PathPart(STRETCH_AT[end]))
+            case F.Keep(what="start" | "goal" | "ends"):
+                return WHOLE
         if frame.part:
             return outside(frame.part)
     return WHOLE
@@ -110,20 +114,21 @@ def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
 
 def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
-    if len(made) == 1 and isinstance(made[0], F.Keep) and made[0].what == "speed":
-        return [F.Pace(change="constant", part=made[0].part, words=made[0].words)]  # to ask for nothing else
-    if len(made) == 1 and isinstance(made[0], F.Clearance) and made[0].distance == CLEAR:
-        return [F.Approach(sense="farther", objects=made[0].objects, words=made[0].words)]
+    match made:
+        case [F.Keep(what="speed") as kept]:
+            return [F.Pace(change="constant", part=kept.part, words=kept.words)]  # to ask for nothing else
+        case [F.Clearance(distance=distance) as clear] if distance == CLEAR:
+            return [F.Approach(sense="farther", objects=clear.objects, words=clear.words)]
     once = list(dict.fromkeys(made))
-    return [f for f in once if not any(f is not other and _covers(other, f) for other in once)]
+    return [frame for frame in once if not any(_covers(other, frame) for other in once)]
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
     """Whether a frame says all that another says, and more: "smooth it, a bit smoother near the end"."""
     if type(full) is not type(bare) or (full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure)):
         return False
-    slots = [(getattr(bare, s.name), getattr(full, s.name), s.default) for s in fields(bare) if s.compare]
-    return full != bare and all(one in (other, default) for one, other, default in slots)
+    said: dict[str, Any] = {s.name: getattr(full, s.name) for s in fields(bare) if getattr(bare, s.name) == s.default}
+    return full != bare and full == replace(bare, **said)
 
 
 def spread(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
@@ -135,18 +140,17 @@ def spread(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
     """
     found = tuple(frames)
     for word, one, link, other in zip(said, said[1:], said[2:], said[3:], strict=False):
-        if word.kind == "between" and link.kind in ("and", "to") and one.q is not None and other.q is not None:
-            scales = (1.0,) if one.q.unit else (1.0, 0.01, 0.001)
-            pairs = [sorted((one.q.value * scale, other.q.value)) for scale in scales]
-            read = (tuple(two for frame in found for two in _pair(frame, *pair)) for pair in pairs)
-            found = next((frames for frames in read if frames != found), found)
+        match word.kind, one.q, link.kind, other.q:
+            case "between", F.Quantity(value=first, unit=unit), "and" | "to", F.Quantity(value=high):
+                low = first if unit else first * (unit_of(other, other.kind) or 1.0)
+                found = tuple(two for frame in found for two in _pair(frame, *sorted((low, high))))
     return found
 
 
 def _pair(frame: F.SemanticFrame, low: float, high: float) -> tuple[F.SemanticFrame, ...]:
     """A frame about the middle of two values as the two bounds; any other as it is."""
     slot = {F.Height: "level", F.Clearance: "distance", F.Pace: "amount"}.get(type(frame), "")
-    q = getattr(frame, slot) if slot else None
+    q = frame.quantities.get(slot)
     if q is None or abs(q.value - (low + high) / 2.0) > 0.02 * high or not high > low > 0.0:
         return (frame,)
     least, most = replace(q, value=low, role="at_least", said=""), replace(q, value=high, role="at_most", said="")
@@ -165,12 +169,15 @@ UNMEASURED = ("turns", "waves", "duration")
 
 def _bare(frame: F.SemanticFrame, numbers: Container[float]) -> dict[str, F.Quantity]:
     """The lengths or speeds of a frame, by slot, that are among the numbers that were said without a unit."""
-    paced = isinstance(frame, F.Pace) and frame.change in ("set", "cap", "floor")
-    dimension = "m/s" if paced else "m" if isinstance(frame, MEASURED) else None
+    match frame:
+        case F.Pace(change="set" | "cap" | "floor"):
+            units = ("", "m/s")
+        case _ if isinstance(frame, MEASURED):
+            units = ("", "m")
+        case _:
+            return {}
     stated = {slot: q for slot, q in frame.quantities.items() if q.role != "of" and slot not in UNMEASURED}
-    return {
-        slot: q for slot, q in stated.items() if dimension and q.unit in ("", dimension) and abs(q.value) in numbers
-    }
+    return {slot: q for slot, q in stated.items() if q.unit in units and abs(q.value) in numbers}
 
 
 def with_units(
@@ -209,7 +216,7 @@ def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
     """What one of the unit that a length (or a speed, "Qv") is said in is in SI; None where it is none with a unit."""
     words = chunk.text.lower().split()
     found = (unit_at(words, k) for k in range(1, len(words))) if chunk.kind == kind else ()
-    return next((factor for unit, factor, used in found if UNIT_KIND.get(unit) == kind and used), None)
+    return next((factor for unit, factor, _ in found if UNIT_KIND.get(unit) == kind), None)
 
 
 def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.SemanticFrame:
@@ -231,21 +238,25 @@ def improper(frames: Sequence[F.SemanticFrame]) -> str:
 
 
 INFINITE = float("inf")
-ALONG = {"up": ("z", 1), "down": ("z", -1), "left": ("y", 1), "right": ("y", -1), "front": ("x", 1), "back": ("x", -1)}
+ALONG = {
+    "up": ("z", True), "down": ("z", False), "left": ("y", True), "right": ("y", False),
+    "front": ("x", True), "back": ("x", False),
+}  # fmt: skip
+"""The axis of each direction, and whether it points along it."""
 
 
 def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
     """What a frame is about, with the least and the greatest value that it leaves."""
     match frame:
         case F.Shift(offset=offset):
-            signs = [ALONG[direction] for direction, _ in offset if direction in ALONG]
-            return [((axis, frame.part), *_sign(sign)) for axis, sign in signs]
+            axes = [ALONG[way] for way, _ in offset if way in ALONG]
+            return [((axis, frame.part), *_side(more)) for axis, more in axes]
         case F.Pace(change="faster" | "slower" as change, amount=None):
-            return [(("pace", frame.part), *_sign(1 if change == "faster" else -1))]
+            return [(("pace", frame.part), *_side(change == "faster"))]
         case F.Pace(change="cap" | "floor", amount=F.Quantity() as q):
             return [(("speed", frame.part), *_limits(q))]
         case F.Approach(sense=sense, objects=objects):
-            return [(("near", name), *_sign(1 if sense == "closer" else -1)) for name in objects]
+            return [(("near", name), *_side(sense == "closer")) for name in objects]
         case F.Clearance(objects=objects, distance=q):
             return [(("clearance", name), *_limits(q)) for name in objects]
         case F.Height(level=q, of=of):
@@ -253,15 +264,17 @@ def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
     return []
 
 
-def _sign(sign: int) -> tuple[float, float]:
-    return (1.0, INFINITE) if sign > 0 else (-INFINITE, -1.0)
+def _side(more: bool) -> tuple[float, float]:
+    """The values of a change to more, or to less."""
+    return (1.0, INFINITE) if more else (-INFINITE, -1.0)
 
 
 def _limits(q: F.Quantity) -> tuple[float, float]:
     return (-INFINITE if q.role == "at_most" else q.value), (INFINITE if q.role == "at_least" else q.value)
 
 
-_LINKS = frozenset({"and", ",", "or", "both"})
+_PASSED = DETERMINERS | {"and", ",", "or", "both"}
+"""Words between an object and what is said of it, or between two objects."""
 
 _ON: dict[str, F.Aim] = {"on": "top", "resting": "top", "touching": "surface"}
 MEANT: Mapping[type[F.SemanticFrame], Mapping[str, F.Aim]] = {
@@ -279,6 +292,9 @@ Word: TypeAlias = tuple[str, F.Span]
 Named: TypeAlias = tuple[tuple[str, ...], F.Span]
 """Objects, and where they are named in the utterance."""
 
+_Said: TypeAlias = tuple[tuple[str, ...], F.Span, str]
+"""Objects, where they are named, and the concept of the words before them."""
+
 
 def aimed(
     frames: Sequence[F.SemanticFrame], words: Sequence[Word], named: Sequence[Named]
@@ -290,84 +306,71 @@ def aimed(
         words: The utterance that they were read from, word for word.
         named: Every place where it names objects.
     """
-    said = [(names, span, concept) for names, span, concept in _said(words, named) if concept]
-    if _ending([word for word, _ in words]):
+    said = list(_said(words, named))
+    if _ending({word for word, _ in words}):
         frames = [_apart(frame, said) for frame in frames]
-    return tuple(_aimed(frame, said) for frame in frames) if said else tuple(frames)
+    return tuple(_aimed(frame, said) for frame in frames)
 
 
-def _ending(words: Sequence[str]) -> bool:
-    """Whether an utterance tells where to end or begin, and not where to move an end that is named."""
-    verbs = {word for phrase in concepts(folder="aiming")["ending"] for word in phrase.split()}
-    told = any(word in verbs and before not in DETERMINERS for before, word in zip(("", *words), words, strict=False))
-    return told and not {*words} & {word for phrase in concepts(folder="aiming")["amount"] for word in phrase.split()}
+def _ending(words: set[str]) -> bool:
+    """Whether an utterance tells where to end or begin, and not by how much to move an end."""
+    aims = concepts(folder="aiming")
+    return not words.isdisjoint(aims["ending"]) and words.isdisjoint(aims["amount"])
 
 
-def _apart(frame: F.SemanticFrame, said: Sequence[tuple[tuple[str, ...], F.Span, str]]) -> F.SemanticFrame:
+def _apart(frame: F.SemanticFrame, said: Sequence[_Said]) -> F.SemanticFrame:
     """An end so far from an object, where a reader took the distance for how far the end moves."""
-    if not isinstance(frame, F.MoveEnd) or frame.relation not in ("away", "toward") or frame.by is None:
-        return frame
-    if any(concept == "from" and frame.place in names for names, _, concept in said):
-        return replace(frame, relation="to", aim="beside")
+    match frame:
+        case F.MoveEnd(relation="away" | "toward", place=place, by=F.Quantity()):
+            if any(concept == "from" and place in names for names, _, concept in said):
+                return replace(frame, relation="to", aim="beside")
     return frame
 
 
-def _aimed(frame: F.SemanticFrame, said: Sequence[tuple[tuple[str, ...], F.Span, str]]) -> F.SemanticFrame:
-    if not isinstance(frame, F.AIMED) or frame.aim or not _free(frame):
-        return frame
-    own = {frame.place} if not isinstance(frame, F.Visit) else {*frame.objects}
+def _aimed(frame: F.SemanticFrame, said: Sequence[_Said]) -> F.SemanticFrame:
+    """A frame that goes to an object as such (not beside it, toward it, or over it), with what is meant of it."""
+    match frame:
+        case F.MoveEnd(relation="to", offset=(), aim="", place=place):
+            own: tuple[F.Place, ...] = (place,)
+        case F.StopAt(place=place, aim="") | F.Wait(place=place, aim="") | F.Extend(place=place, aim=""):
+            own = (place,)
+        case F.Visit(relation="at", objects=objects, aim=""):
+            own = objects
+        case _:
+            return frame
     meant = MEANT[type(frame)]
-    for names, span, concept in said:
-        within = not frame.words or any(a < span[1] and span[0] < b for a, b in frame.words)
-        if concept in meant and within and own & {*names}:
+    for names, (begin, end), concept in said:
+        within = not frame.words or any(a < end and begin < b for a, b in frame.words)
+        if concept in meant and within and {*own} & {*names}:
             return _so_far(replace(frame, aim=meant[concept]))
     return frame
 
 
 def _so_far(frame: F.SemanticFrame) -> F.SemanticFrame:
     """An end so far above or below an object, as that far up or down from it."""
-    if not isinstance(frame, F.MoveEnd) or frame.aim not in ("above", "below") or frame.by is None:
-        return frame
-    return replace(frame, offset=(("up" if frame.aim == "above" else "down", frame.by),), by=None, aim="")
-
-
-def _free(frame: F.SemanticFrame) -> bool:
-    """Whether a frame goes to an object as such, not beside it, toward it, over it or between two."""
     match frame:
-        case F.MoveEnd(relation=relation, offset=offset, place=place):
-            return relation == "to" and not offset and isinstance(place, str)
-        case F.Visit(relation=relation):
-            return relation == "at"
-        case F.StopAt(place=place) | F.Wait(place=place) | F.Extend(place=place):
-            return isinstance(place, str) and place not in ("", *F.SPOTS)
-    return False
+        case F.MoveEnd(aim="above", by=F.Quantity() as by):
+            return replace(frame, offset=(("up", by),), by=None, aim="")
+        case F.MoveEnd(aim="below", by=F.Quantity() as by):
+            return replace(frame, offset=(("down", by),), by=None, aim="")
+    return frame
 
 
-def _said(words: Sequence[Word], named: Sequence[Named]) -> Iterator[tuple[tuple[str, ...], F.Span, str]]:
-    """Each naming of objects with the concept of the words right before it, or before those named along with it."""
-    spans = [span for _, span in named]
+def _said(words: Sequence[Word], named: Sequence[Named]) -> Iterator[_Said]:
+    """Each naming of objects with the concept of the words right before it; all that are touched together share it."""
+    concept, end = "", 0
     for names, span in named:
-        before = [word for word in words if word[1][1] <= span[0]]
-        yield names, span, _before(before, spans)
+        between = [word for word, at in words if end <= at[0] and at[1] <= span[0]]
+        together = concept == "touching" and _PASSED.issuperset(between)
+        concept, end = concept if together else _concept(between), span[1]
+        yield names, span, concept
 
 
-def _before(words: Sequence[Word], spans: Sequence[F.Span]) -> str:
-    """The concept of the phrase that words end with; determiners, and other objects named before, are passed over."""
-    rest = list(words)
-    listed = False
-    while rest:
-        bare = [word for word, _ in rest]
-        while bare and bare[-1] in DETERMINERS:
-            bare.pop()
-        concept = next((c for c, phrase in _phrases() if _ends_with(bare, phrase)), "")
-        if concept:
-            return concept if not listed or concept == "touching" else ""
-        word, at = rest.pop()
-        inside = any(a <= at[0] < b for a, b in spans)
-        listed = listed or inside
-        if not (inside or word in DETERMINERS or word in _LINKS):
-            return ""
-    return ""
+def _concept(words: list[str]) -> str:
+    """The concept of the phrase that words end with, or ""."""
+    while words and words[-1] in _PASSED:
+        words = words[:-1]
+    return next((concept for concept, phrase in _phrases() if _ends_with(words, phrase)), "")
 
 
 @cache
@@ -379,5 +382,5 @@ def _phrases() -> tuple[tuple[str, tuple[str, ...]], ...]:
 
 def _ends_with(words: Sequence[str], phrase: Sequence[str]) -> bool:
     """Whether words end with a phrase, each as it is or inflected."""
-    last = words[len(words) - len(phrase) :] if len(words) >= len(phrase) else ()
-    return bool(last) and all(one in stems(word) for word, one in zip(last, phrase, strict=True))
+    last = words[-len(phrase) :]
+    return len(last) == len(phrase) and all(one in stems(word) for word, one in zip(last, phrase, strict=True))
