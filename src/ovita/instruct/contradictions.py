@@ -124,7 +124,9 @@ def _negated(it: Facts) -> str:
     if not it.plain & denials or any(OPPOSED[sense] & it.flipped for sense in it.senses):
         return ""
     denied = [clause for clause in clauses(it.said) if {c.kind for c in clause} & denials]
-    if any(_limits(frame, it.plain) for frame in it.frames) or all(_elsewhere(frame, denied) for frame in it.frames):
+    if any(_limits(frame, it.plain) for frame in it.frames):
+        return ""
+    if it.frames and all(_elsewhere(frame, denied) for frame in it.frames):
         return ""
     return f"{it.word({'never'} & it.plain or {'keep'})} turns round what it belongs to."
 
@@ -171,15 +173,15 @@ def _compared(it: Facts) -> str:
 
 def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
-    names = {"one", *(f.shape for f in it.frames if isinstance(f, F.Figure))}
-    held = {value for frame in it.frames for value in _values(frame)}
+    names = {"one", *(getattr(frame, "shape", "") for frame in it.frames)}
+    held = set[float]().union(*map(_values, it.frames))
+    units = {"Qn": (1.0, CENTI, *filter(None, map(unit_of, it.said)))}
     ends = _range_ends(it.said, held)
     for k, chunk in enumerate(it.said):
         if chunk.q is None or chunk.text.lower() in names or chunk in ends:
             continue
-        units = (1.0, CENTI, *filter(None, map(unit_of, it.said))) if chunk.kind == "Qn" else (1.0,)
-        meant = [value * unit for value in _amounts(chunk.q.value, it.said[k + 1 : k + 5]) for unit in units]
-        if not any(_among(held, value) for value in meant):
+        amounts = _amounts(chunk.q.value, it.said[k + 1 : k + 5])
+        if not any(_among(held, value * unit) for value in amounts for unit in units.get(chunk.kind, (1.0,))):
             return f"{chunk.text!r} has no place in it."
     return ""
 
@@ -228,13 +230,10 @@ WISHING = frozenset("what glad happy happier better obliged grateful nice nicer 
 
 def _two_waypoints(it: Facts) -> str:
     """Two single waypoints that are read as all from one to the other."""
-    if not any(frame.part.kind == "range" for frame in it.frames) or it.kinds & {"between", "from"}:
+    if it.kinds & {"between", "from"} or "range" not in [frame.part.kind for frame in it.frames]:
         return ""
-    row = [chunk for chunk in it.row if chunk.kind != "waypoints"]
-    for one, link, other in zip(row, row[1:], row[2:], strict=False):
-        if (one.kind, link.kind, other.kind) == ("Qn", "and", "Qn"):
-            return f"{one.text!r} and {other.text!r} are two waypoints, not a range."
-    return ""
+    row = " ".join(chunk.kind for chunk in it.row if chunk.kind != "waypoints")
+    return "The two numbers are two waypoints, not a range." if "Qn and Qn" in row else ""
 
 
 def _anywhere(it: Facts) -> str:
@@ -317,8 +316,7 @@ def _pointed(it: Facts) -> str:
 
 def _without_unit(it: Facts) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
-    measured = [frame.quantities for frame in it.frames if isinstance(frame, MEASURED)]
-    amounts = [q for held in measured for slot, q in held.items() if slot not in UNMEASURED and q.unit in ("", "m")]
+    amounts = [q for frame in it.frames for q in _lengths(frame)]
     stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
     guessed = [abs(q.value) for q in amounts if not _among(stated, abs(q.value))]
     bare = [abs(q.value) for q in amounts if q.unit == ""]
@@ -328,6 +326,12 @@ def _without_unit(it: Facts) -> str:
         if number >= FAR and number in bare:
             return f"{number:g} has no unit; it would be {number:g} m."
     return ""
+
+
+def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
+    """The lengths of a frame, also those without a unit."""
+    amounts = frame.quantities if isinstance(frame, MEASURED) else {}
+    return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
 NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _pointed, _without_unit)
@@ -352,7 +356,7 @@ PASSING = frozenset("over under through touch to at by near stop wait hover".spl
 
 def _one_of_two(it: Facts) -> str:
     """One of two opposite sides that are both asked for: "go left and right"."""
-    one_side = len(it.senses & {"left", "right"}) == 1
+    one_side = any(len({*_senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
     return f"{it.word({'sideways'})} is both sides." if one_side and "sideways" in it.plain else ""
 
 
@@ -419,6 +423,5 @@ def _values(frame: F.SemanticFrame) -> set[float]:
 
 def _of_part(part: PathPart) -> list[float]:
     own = [value for value in (part.amount, part.until) if value is not None]
-    own += [value + 1 for value in own if part.unit == "waypoints"]
     own += [p.value for p in part.places if isinstance(p, F.Quantity)]
     return own + [value for inner in part.parts for value in _of_part(inner)]

@@ -152,9 +152,9 @@ def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
     if getattr(one, "place", "") != getattr(other, "place", ""):
         return getattr(one, "relation", "") == getattr(other, "relation", "") == "to"
     against = {CONTRARY.get(wish) for wish in _wishes(other, axes)}
-    return not against.isdisjoint(_wishes(one, axes)) or any(
-        _no_room(q, other.quantities[slot]) for slot, q in one.quantities.items() if slot in other.quantities
-    )
+    mine, theirs = one.quantities, other.quantities
+    crowded = any(_no_room(mine[slot], theirs[slot]) for slot in mine.keys() & theirs.keys())
+    return crowded or not against.isdisjoint(_wishes(one, axes))
 
 
 def _things(frame: F.SemanticFrame) -> set[F.Place]:
