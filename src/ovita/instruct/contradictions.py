@@ -415,7 +415,7 @@ def _values(frame: F.SemanticFrame) -> set[float]:
     found = [q.value for q in amounts] + _of_part(frame.part)
     if isinstance(frame, F.Quadrant):
         found.append(float(frame.number))
-    if getattr(frame, "change", "") == "rampdown":
+    if getattr(frame, "change", "") == "rampdown" and not frame.part:
         found.append(0.0)  # "slow down to zero"
     shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}
     return shares.union(*((value, -value, 1 - value, 1 + value) for value in found))
