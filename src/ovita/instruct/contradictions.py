@@ -7,7 +7,7 @@ sentence, which is not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
 
@@ -35,8 +35,12 @@ OPPOSED = {
 }  # fmt: skip
 """What a frame may hold, and the classes of words that ask for it."""
 
-RISING = frozenset("up raise over farther faster larger inc".split())
-FALLING = frozenset("down lower under closer slower smaller dec".split())
+EXCLUDED = {
+    **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
+    **dict.fromkeys("down lower under closer slower smaller dec".split(), "at_least"),
+}
+"""The bound that is never meant by a comparison: "higher than" is no greatest height."""
+
 UPPER = frozenset("at_most max limit vmax ceiling".split())
 LOWER = frozenset("at_least min vmin floorlimit".split())
 NOT = frozenset("never clear avoid too".split()) | UPPER
@@ -117,11 +121,11 @@ def _turned(it: Facts) -> str:
 def _negated(it: Facts) -> str:
     """A "not" that no frame comes from."""
     denials = {"never", "clear"}
-    if any(OPPOSED[sense] & it.flipped for sense in it.senses):
-        return ""
-    if not it.plain & denials or any(_limits(frame, it.plain) for frame in it.frames):
+    if not it.plain & denials or any(OPPOSED[sense] & it.flipped for sense in it.senses):
         return ""
     denied = [clause for clause in clauses(it.said) if {c.kind for c in clause} & denials]
+    if any(_limits(frame, it.plain) for frame in it.frames):
+        return ""
     if it.frames and all(_elsewhere(frame, denied) for frame in it.frames):
         return ""
     return f"{it.word({'never'} & it.plain or {'keep'})} turns round what it belongs to."
@@ -147,12 +151,10 @@ def _unbounded(it: Facts) -> str:
     """A "maximum" or "at least" that is read as something else."""
     if any(isinstance(frame, F.Bound | F.Figure) for frame in it.frames):
         return ""  # "a radius of at most 1 m" is 1 m
-    roles: set[str] = {q.role for frame in it.frames for q in frame.quantities.values()}
-    roles |= {{"cap": "at_most", "floor": "at_least"}.get(str(getattr(frame, "change", "")), "") for frame in it.frames}
-    for words, role, wrong in ((UPPER, "at_most", "at_least"), (LOWER, "at_least", "at_most")):
-        otherwise = roles & {"by", "to", "at"} or (wrong in roles and "never" not in it.kinds)
-        turned_round = wrong in roles and "never" in it.kinds
-        if it.kinds & words and role not in roles and otherwise and not turned_round:
+    roles = {q.role for frame in it.frames for q in frame.quantities.values()}
+    for words, role in ((UPPER, "at_most"), (LOWER, "at_least")):
+        borne_out = roles & ({*BOUNDS} if "never" in it.kinds else {role})
+        if it.kinds & words and roles & {"by", "to", "at", *BOUNDS} and not borne_out:
             return f"{it.word(words)} asks for a limit that the reading does not have."
     return ""
 
@@ -161,27 +163,25 @@ def _compared(it: Facts) -> str:
     """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
     if it.kinds & NOT:
         return ""
-    for word, than, amount in zip(it.row, it.row[1:], it.row[2:] + it.row[-1:], strict=False):
-        wrong = "at_most" if word.kind in RISING else "at_least" if word.kind in FALLING else ""
-        q = amount.q if than.kind == "than" else than.q if word.kind in ("over", "under") else None
-        bounds = [one.value for frame in it.frames for one in frame.quantities.values() if one.role == wrong]
-        if q is not None and any(_near(q.value, value) for value in bounds):
-            return f"{word.text!r} {q.said or amount.text} is a bound on the other side."
+    bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
+    for word, amount in pairwise(chunk for chunk in it.row if chunk.kind != "than"):
+        wrong = [value for role, value in bounds if role == EXCLUDED.get(word.kind)]
+        if amount.q is not None and _among(wrong, amount.q.value):
+            return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
 
 
 def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
-    names = {"one", *(f.shape for f in it.frames if isinstance(f, F.Figure))}
-    held = {value for frame in it.frames for value in _values(frame)}
-    ranged = [pair for pair in _pairs(it.said) if any(_near(v, mean) for v in held for mean in _means(*pair))]
+    names = {"one", *(getattr(frame, "shape", "") for frame in it.frames)}
+    held = set[float]().union(*map(_values, it.frames))
+    units = {"Qn": (1.0, CENTI, *filter(None, map(unit_of, it.said)))}
+    ends = _range_ends(it.said, held)
     for k, chunk in enumerate(it.said):
-        named = chunk.kind == "Qn" and chunk.text.lower() in names
-        if chunk.q is None or named or any(chunk in pair for pair in ranged):
+        if chunk.q is None or chunk.text.lower() in names or chunk in ends:
             continue
-        units = (1.0, CENTI, *filter(None, map(unit_of, it.said))) if chunk.kind == "Qn" else (1.0,)
-        meant = [value * unit for value in _amounts(chunk.q.value, it.said[k + 1 : k + 5]) for unit in units]
-        if not any(_near(one, value) for one in held for value in meant):
+        amounts = _amounts(chunk.q.value, it.said[k + 1 : k + 5])
+        if not any(_among(held, value * unit) for value in amounts for unit in units.get(chunk.kind, (1.0,))):
             return f"{chunk.text!r} has no place in it."
     return ""
 
@@ -193,18 +193,14 @@ def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
     return value, value * (1.5 if words[:3] == ["and", "a", "half"] else share)
 
 
-def _pairs(said: Sequence[Chunk]) -> list[tuple[Chunk, Chunk]]:
-    """Two numbers each with a "to" or "and" between them."""
-    row = zip(said, said[1:], said[2:], strict=False)
-    return [(one, other) for one, link, other in row if link.kind in ("to", "and")]
-
-
-def _means(one: Chunk, other: Chunk) -> list[float]:
-    """What lies between two numbers, the first in its own unit or in that of the second: "30-32 cm"."""
-    if one.q is None or other.q is None:
-        return []
-    scales = (1.0,) if one.q.unit else (1.0, 0.01, 0.001)
-    return [(one.q.value * scale + other.q.value) / 2 for scale in scales]
+def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
+    """Both numbers of ranges whose mean is held; the first may be in the unit of the second: "30-32 cm"."""
+    found: list[Chunk] = []
+    for one, link, other in zip(said, said[1:], said[2:], strict=False):
+        if one.q and other.q and link.kind in ("to", "and"):
+            means = [(one.q.value * scale + other.q.value) / 2 for scale in (1.0, 0.01, 0.001)]
+            found += [one, other] if any(_among(held, mean) for mean in means) else []
+    return found
 
 
 def _object_left(it: Facts) -> str:
@@ -234,13 +230,10 @@ WISHING = frozenset("what glad happy happier better obliged grateful nice nicer 
 
 def _two_waypoints(it: Facts) -> str:
     """Two single waypoints that are read as all from one to the other."""
-    if not any(frame.part.kind == "range" for frame in it.frames) or it.kinds & {"between", "from"}:
+    if it.kinds & {"between", "from"} or "range" not in [frame.part.kind for frame in it.frames]:
         return ""
-    row = [chunk for chunk in it.row if chunk.kind != "waypoints"]
-    for one, link, other in zip(row, row[1:], row[2:], strict=False):
-        if (one.kind, link.kind, other.kind) == ("Qn", "and", "Qn"):
-            return f"{one.text!r} and {other.text!r} are two waypoints, not a range."
-    return ""
+    row = " ".join(chunk.kind for chunk in it.row if chunk.kind != "waypoints")
+    return "The two numbers are two waypoints, not a range." if "Qn and Qn" in row else ""
 
 
 def _anywhere(it: Facts) -> str:
@@ -307,7 +300,7 @@ def _above_lost(it: Facts) -> str:
     for word, thing in pairwise(it.row):
         about = [frame for frame in it.frames if {*thing.names} & {*frame.named}]
         level = about and all(isinstance(frame, F.Figure | F.Clearance) for frame in about)
-        if word.kind in ("over", "under") and thing.kind == "OBJ" and level:
+        if word.kind in ("over", "under") and level:
             return f"{word.text!r} {thing.text} has no place in it."
     return ""
 
@@ -323,18 +316,22 @@ def _pointed(it: Facts) -> str:
 
 def _without_unit(it: Facts) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
-    measured = [frame for frame in it.frames if isinstance(frame, MEASURED)]
-    amounts = [q for frame in measured for slot, q in frame.quantities.items() if slot not in UNMEASURED]
-    bare = [abs(q.value) for q in amounts if q.unit == ""]
+    amounts = [q for frame in it.frames for q in _lengths(frame)]
     stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
-    lengths = [abs(q.value) for q in amounts if q.unit in ("", "m")]
-    guessed = [length for length in lengths if not any(_near(length, value) for value in stated)]
+    guessed = [abs(q.value) for q in amounts if not _among(stated, abs(q.value))]
+    bare = [abs(q.value) for q in amounts if q.unit == ""]
     for number in (chunk.number.value for chunk in it.said if chunk.kind == "Qn"):
-        if number >= 1.0 and any(_near(number * CENTI, length) for length in guessed):
+        if number >= 1.0 and _among(guessed, number * CENTI):
             return f"{number:g} has no unit; it is taken as {number:g} cm."
         if number >= FAR and number in bare:
             return f"{number:g} has no unit; it would be {number:g} m."
     return ""
+
+
+def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
+    """The lengths of a frame, also those without a unit."""
+    amounts = frame.quantities if isinstance(frame, MEASURED) else {}
+    return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
 NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _pointed, _without_unit)
@@ -343,12 +340,12 @@ NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lo
 
 def _denied(it: Facts) -> str:
     """A way past, over or through something, where only that is denied: "do not fly over the cup"."""
-    ways = [frame for frame in it.frames if isinstance(frame, F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)]
+    ways = F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait
+    passed = {name for frame in it.frames if isinstance(frame, ways) for name in frame.named}
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
-    things = [chunk.names for chunk in row if chunk.kind == "OBJ"]
+    named = [chunk.names for chunk in row]
     for no, thing in pairwise(row):
-        only = no.kind == "never" and things.count(thing.names) == 1
-        if only and any({*thing.names} & {*frame.named} for frame in ways):
+        if no.kind == "never" and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
     return ""
 
@@ -359,12 +356,8 @@ PASSING = frozenset("over under through touch to at by near stop wait hover".spl
 
 def _one_of_two(it: Facts) -> str:
     """One of two opposite sides that are both asked for: "go left and right"."""
-    shifts = [{way for way, _ in frame.offset} & {"left", "right"} for frame in it.frames if isinstance(frame, F.Shift)]
-    return (
-        f"{it.word({'sideways'})} is both sides."
-        if "sideways" in it.plain and any(len(ways) == 1 for ways in shifts)
-        else ""
-    )
+    one_side = any(len({*_senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
+    return f"{it.word({'sideways'})} is both sides." if one_side and "sideways" in it.plain else ""
 
 
 REFUSED = (_denied, _one_of_two)
@@ -373,41 +366,44 @@ REFUSED = (_denied, _one_of_two)
 CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)
 
 
-def _near(one: float, other: float) -> bool:
-    return abs(one - other) <= 1e-6 + 0.02 * abs(one)
+def _among(held: Iterable[float], value: float) -> bool:
+    """Whether one of some numbers is a value, give or take 2 %."""
+    return any(abs(one - value) <= 1e-6 + 0.02 * abs(one) for one in held)
 
 
 def _senses(frame: F.SemanticFrame) -> list[str]:
-    """The senses of a frame that have an opposite."""
+    """The senses of a frame that have an opposite; a multiple of the speed is slower or faster: "speed x0.5"."""
     found = [direction for direction, _ in getattr(frame, "offset", ())]
     found += [str(getattr(frame, slot, "")) for slot in ("direction", "sense", "change")]
+    factor = (frame.factor if isinstance(frame, F.Pace) else None) or 1.0
+    if factor != 1.0:
+        found.append("slower" if factor < 1.0 else "faster")
     return [sense for sense in found if sense in OPPOSED]
 
 
 def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
     """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but it."""
-    one, other = tuple(one), tuple(other)
-    mine, theirs = ({sense for frame in frames for sense in _senses(frame) + _paced(frame)} for frames in (one, other))
-    parts = [{frame.part for frame in frames if frame.part} for frames in (one, other)]
-    turned = {outside(part) for part in parts[0]} & parts[1] or {outside(part) for part in parts[1]} & parts[0]
-    return bool(turned) or any(OPPOSITE[sense] in theirs for sense in mine)
+    mine, theirs = _claims(one), _claims(other)
+    return bool(theirs & set(map(_opposite, mine)) or mine & set(map(_opposite, theirs)))
 
 
-def _paced(frame: F.SemanticFrame) -> list[str]:
-    """Whether a multiple of the speed is slower or faster: "speed x0.5"."""
-    amount = frame.amount if isinstance(frame, F.Pace) and frame.change == "set" else None
-    if amount is None or amount.unit not in ("x", "%") or amount.value == 1.0:
-        return []
-    return ["slower" if amount.value < 1.0 else "faster"]
+def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
+    """The senses that frames hold, and the parts of the path that they are about."""
+    found: set[str | PathPart] = set()
+    for frame in frames:
+        found.update(_senses(frame), [frame.part])
+    return found
+
+
+def _opposite(claim: str | PathPart) -> str | PathPart:
+    return OPPOSITE[claim] if isinstance(claim, str) else outside(claim)
 
 
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
     if isinstance(frame, F.Keep | F.Clearance | F.Bound) or frame.part.kind == "outside":
         return True
-    change = getattr(frame, "change", "")
-    roles = {q.role for q in frame.quantities.values()}
-    if roles & {"at_least", "at_most"} or change in ("cap", "floor", "constant"):
+    if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
         return True
     turned = {"farther", "slower", "less", "smaller"} & {*_senses(frame)}
     return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)
@@ -415,20 +411,17 @@ def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
 
 def _values(frame: F.SemanticFrame) -> set[float]:
     """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
-    found = [q.value for q in frame.quantities.values()] + _of_part(frame.part)
-    number = getattr(frame, "number", None)
-    found += [] if number is None else [float(number)]
-    brakes = isinstance(frame, F.Pace) and frame.change == "rampdown" and not frame.part
-    found += [0.0] if brakes else []  # "slow down to zero"
-    for slot in fields(frame):
-        value = getattr(frame, slot.name)
-        found += [value.value] if isinstance(value, F.Quantity) else []
-    shares = [1.0 / q.value for q in frame.quantities.values() if q.unit in ("x", "%") and q.value]
-    return {v for value in found for v in (value, -value, 1 - value, 1 + value)} | {*shares}
+    amounts = frame.quantities.values()
+    found = [q.value for q in amounts] + _of_part(frame.part)
+    if isinstance(frame, F.Quadrant):
+        found.append(float(frame.number))
+    if getattr(frame, "change", "") == "rampdown" and not frame.part:
+        found.append(0.0)  # "slow down to zero"
+    shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}
+    return shares.union(*((value, -value, 1 - value, 1 + value) for value in found))
 
 
 def _of_part(part: PathPart) -> list[float]:
     own = [value for value in (part.amount, part.until) if value is not None]
-    own += [value + 1 for value in own if part.unit == "waypoints"]
     own += [p.value for p in part.places if isinstance(p, F.Quantity)]
     return own + [value for inner in part.parts for value in _of_part(inner)]

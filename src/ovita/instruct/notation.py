@@ -51,9 +51,14 @@ _MEASURES = {kind: tuple(slot.name for slot in fields(kind) if slot.metadata) fo
 _AIMS: dict[str, F.Aim] = {"on": "top", "touch": "surface"}
 """Keys that say what of an object is meant; for other frames than these, objects have no such key."""
 
+_AIM_KEYS = {aim: key for key, aim in _AIMS.items()}
 _KEYS = {"duration": "for"}
-_UNSAID = ("cap", "floor", "to", "by", "merge", "part", "at")
+_SLOTS = {"for": "duration"}
+_UNSAID = ("cap", "floor", "to", "by", "merge", "part", "at", "", None)
 """Choices that another key says or implies."""
+
+_COUNTS = {"": "", "wp": "waypoints", "turns": "turns", "turn": "turns", "laps": "turns", "waves": "turns"}
+"""What is counted, not measured."""
 
 _NUMBER = re.compile(r"[~+]?(-?\d*\.?\d+)(?:-(\d*\.?\d+))?([A-Za-z%/°][\w/^°]*|%)?")
 
@@ -96,14 +101,14 @@ def quantity(said: str, role: F.Role = "by") -> F.Quantity:
     match = _NUMBER.fullmatch(said)
     if match is None:
         raise InputError(f"{said!r} is no quantity; write a number with a unit, such as 10cm, 0.2m/s, 30% or 2x")
-    value = float(match[1]) if match[2] is None else (float(match[1]) + float(match[2])) / 2
+    value = (float(match[1]) + float(match[2] or match[1])) / 2
     unit = match[3] or ""
-    if unit in ("wp", "turns", "turn", "laps", "waves"):
-        return F.Quantity(value, "waypoints" if unit == "wp" else "turns", role, said)
-    known = find({"in": "inch", "in/s": "inch/s"}.get(unit, unit)) if unit else None
-    if unit and known is None:
+    if unit in _COUNTS:
+        return F.Quantity(value, _COUNTS[unit], role, said)
+    known = find({"in": "inch", "in/s": "inch/s"}.get(unit, unit))
+    if known is None:
         raise InputError(f"{unit!r} in {said!r} is no unit of measure")
-    return F.Quantity(value * (known.factor if known else 1.0), known.dimension if known else "", role, said)
+    return F.Quantity(value * known.factor, known.dimension, role, said)
 
 
 def main_slot(kind: type[F.SemanticFrame]) -> str:
@@ -208,12 +213,11 @@ class _Words:
         kind = FRAMES.get(name)
         if kind is None:
             raise InputError(f"{name!r} is no frame; known are {', '.join(FRAMES)}")
-        slots: dict[str, Any] = {F.CALLED[kind]: name} if kind in F.CALLED else {}
+        slots: dict[str, Any] = {"part": self.parts([word for word in rest if word.startswith("@")])}
+        slots |= {F.CALLED[kind]: name} if kind in F.CALLED else {}
         slots |= {"offset": ()} if "offset" in _HINTS[kind] else {}
-        parts = [word for word in rest if word.startswith("@")]
-        slots |= {"part": self.parts(parts)} if parts else {}
         for word in rest:
-            found = {} if word in parts else self.slots(kind, word)
+            found = {} if word.startswith("@") else self.slots(kind, word)
             slots |= found | ({"offset": slots["offset"] + found["offset"]} if "offset" in found else {})
         try:
             return kind(**_implied(kind, slots) | slots)
@@ -245,10 +249,8 @@ class _Words:
             return {key: self.place(value)}
         if (key in ("at", "of") and "place" in known) or (kind, key) in ((F.Extend, "to"), (F.Hop, "over")):
             return self.about(known, value)
-        if key in ROLES:
-            return {main_slot(kind): quantity(value, key)} if main_slot(kind) else {}
-        slot = "duration" if key == "for" else key
-        return {slot: quantity(value)} if slot in _MEASURES[kind] else {}
+        slot, role = (main_slot(kind), key) if key in ROLES else (_SLOTS.get(key, key), "by")
+        return {slot: quantity(value, role)} if slot in _MEASURES[kind] else {}
 
     def bare(self, kind: type[F.SemanticFrame], word: str) -> dict[str, Any]:
         """The slot that a word without a key fills: a choice, a number, or objects."""
@@ -274,7 +276,7 @@ class _Words:
 
     def parts(self, words: Sequence[str]) -> PathPart:
         parts = [self.part(word.lstrip("@")) for word in words]
-        return both(*parts) if len(parts) > 1 else parts[0]
+        return both(*parts) if len(parts) > 1 else next(iter(parts), WHOLE)
 
     def part(self, word: str) -> PathPart:
         """A part of the path; `word` is without its "@"."""
@@ -326,10 +328,8 @@ class _Words:
         match name, rest:
             case "scale", _:
                 return _rescale(rest, on)
-            case "drop", [what]:
-                return E.Drop(on=what)
             case "drop" | "flip" | "again", _:
-                return EDITS[name](on=on)
+                return EDITS[name](on=on or " ".join(rest))
             case "also", [_, *_]:
                 return E.Also(on=on, frame=self.frame(rest))
             case "set", [change]:
@@ -349,8 +349,9 @@ class _Words:
         key, _, value = word.partition("=")
         if key in DIRECTIONS:
             return E.Replace(on=on, direction=key)
-        if key in ("start", "goal"):
-            return E.Replace(on=on, end="start" if key == "start" else "goal")
+        end: Any = key
+        if end in ("start", "goal"):
+            return E.Replace(on=on, end=end)
         return E.Replace(on=on, objects=self.named(value or key))
 
 
@@ -358,10 +359,10 @@ def _implied(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> dict[str, An
     """What the notation leaves to the rest of a frame."""
     if kind is F.Keep:
         return {"what": "part"}
-    role = slots["amount"].role if "amount" in slots else ""
-    if kind is F.Pace and role:
-        return {"change": {"at_most": "cap", "at_least": "floor"}.get(role, "set")}
-    return {"change": role} if kind is F.Resample and role else {}
+    if kind not in (F.Pace, F.Resample) or "amount" not in slots:
+        return {}
+    role: str = slots["amount"].role
+    return {"change": {"at_most": "cap", "at_least": "floor"}.get(role, "set") if kind is F.Pace else role}
 
 
 def _where(key: str, value: str) -> Where:
@@ -398,17 +399,22 @@ def _command(name: Any, rest: Sequence[str]) -> E.Command:
 
 
 def _rescale(words: Sequence[str], on: str) -> E.Rescale:
-    degree: Any = next((word[4:] for word in words if word.startswith("deg=")), None)
-    change: Any = next((word for word in words if word in ("more", "less")), "")
-    number = next((quantity(word) for word in words if word[:1].isdigit() or word[:1] == "."), None)
-    return E.Rescale(on=on, change=change, factor=number.value if number else None, degree=degree)
+    slots: dict[str, Any] = {}
+    for word in words:
+        if word.startswith("deg="):
+            slots["degree"] = word.removeprefix("deg=")
+        elif word in ("more", "less"):
+            slots["change"] = word
+        else:
+            slots["factor"] = quantity(word).value
+    return E.Rescale(on=on, **slots)
 
 
 def _set(word: str, on: str) -> E.Set:
     key, _, value = word.partition("=")
     q = quantity(value.lstrip("+-"), key if key in ROLES else "by")
     step: Any = {"+": 1, "-": -1}.get(value[:1], 0)
-    return E.Set(on=on, slot="duration" if key == "for" else key, quantity=q, step=step)
+    return E.Set(on=on, slot=_SLOTS.get(key, key), quantity=q, step=step)
 
 
 def _joined(names: Sequence[Any]) -> str:
@@ -431,7 +437,7 @@ def _place_shown(place: F.Place) -> str:
 def _frame_shown(frame: F.SemanticFrame) -> str:
     own = [_slot_shown(frame, slot.name) for slot in fields(frame)]
     said = [F.name_of(frame), *own, f"deg={frame.degree}" if frame.degree else "", *_parts_shown(frame.part)]
-    return " ".join(word for word in said if word)
+    return " ".join(filter(None, said))
 
 
 def _slot_shown(frame: F.SemanticFrame, slot: str) -> str:
@@ -443,20 +449,19 @@ def _slot_shown(frame: F.SemanticFrame, slot: str) -> str:
         case "offset":
             return " ".join(way + (f"={_number(q)}" if q else "") for way, q in value)
         case "objects" | "place" if value:
-            key = _key_shown(frame)
-            return (f"{key}=" if key else "") + _place_shown(value)
+            return f"{_key_shown(frame)}={_place_shown(value)}".removeprefix("=")
         case "about" | "of" if value:
             return f"{slot}={_place_shown(value)}"
         case "along" if value:
             return slot
-        case "change" | "end" | "what" | "axis" | "direction" | "number" | "sense" if value:
+        case "change" | "end" | "what" | "axis" | "direction" | "number" | "sense":
             return "" if value in (*_UNSAID, F.name_of(frame)) else str(value)
     return ""
 
 
 def _key_shown(frame: F.SemanticFrame) -> str:
     """The key of a frame's objects or place: what of an object is meant, else the choice that it belongs to."""
-    aim = next((key for key, value in _AIMS.items() if value == getattr(frame, "aim", "")), "")
+    aim = _AIM_KEYS.get(getattr(frame, "aim", ""), "")
     key: str = aim or getattr(frame, "relation", "") or getattr(frame, "cut", "")
     if key:
         return "" if key == "at" else key
@@ -496,17 +501,19 @@ def _where_shown(where: Where) -> str:
             return f"heading={where.direction}"
         case "beyond":
             return f"beyond={where.direction},{_number(_from_ground(where.direction, where.amount))}"
-    told = ",".join(word for word in (_joined(where.places), much) if word)
-    return where.kind + (f"={told}" if told else "")
+    told = ",".join(filter(None, (_joined(where.places), much)))
+    return f"{where.kind}={told}".removesuffix("=")
 
 
 def _edit_shown(edit: E.Edit) -> str:
-    on = f"on={edit.on}" if edit.on and not isinstance(edit, E.Drop) else edit.on
+    said: list[str] = []
     match edit:
         case E.Also(frame=frame):
             return f"also {_frame_shown(frame)}"
         case E.Command(command=command, steps=steps):
             return command if steps == 1 else f"{command} {steps}"
+        case E.Drop(on=what):
+            return f"drop {what}".rstrip()
         case E.Rescale(change=change, factor=factor, degree=degree):
             said = [change if factor is None else f"{factor:.6g}x", f"deg={degree}" if degree else ""]
         case E.Set(slot=slot, quantity=q, step=step):
@@ -515,6 +522,5 @@ def _edit_shown(edit: E.Edit) -> str:
             said = [direction or end or f"obj={_joined(names)}"]
         case E.Restrict(part=part) | E.Except(part=part):
             said = list(_parts_shown(part))
-        case _:
-            said = []
-    return " ".join(word for word in (edit.NAME, *said, on) if word)
+    on = f"on={edit.on}" if edit.on else ""
+    return " ".join(filter(None, (edit.NAME, *said, on)))

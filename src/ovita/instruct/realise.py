@@ -78,7 +78,7 @@ def realise(
     keeps = [frame for frame in frames if isinstance(frame, F.Keep)]
     for question in conflicts(frames, scene.frame):
         builder.ask(question)
-    if keeps and len(keeps) == len(frames):
+    if 0 < len(keeps) == len(frames):
         builder.ask("All of that is to stay as it is: what should change?")
     for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1])):
         builder.frame = number
@@ -88,7 +88,7 @@ def realise(
     _settle(builder)
     if keeps:
         _restore(builder, keeps)
-    if frames and len(builder.held) == len(frames):
+    if 0 < len(frames) == len(builder.held):
         builder.add("", "", "expect_same_path()")
     return builder
 
@@ -108,7 +108,7 @@ def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     rest = [outside(part) for part in kept if part != frame.part]
-    parts = [frame.part, *rest] if frame.part else rest
+    parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
 
@@ -149,12 +149,12 @@ def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:
     """Whether two frames of a kind, about the same thing and the same part, ask for opposite things."""
     if type(one) is not type(other) or one.part != other.part or _things(one).isdisjoint(_things(other)):
         return False
-    if isinstance(one, F.MoveEnd) and isinstance(other, F.MoveEnd) and one.place != other.place:
-        return one.relation == other.relation == "to"
+    if getattr(one, "place", "") != getattr(other, "place", ""):
+        return getattr(one, "relation", "") == getattr(other, "relation", "") == "to"
     against = {CONTRARY.get(wish) for wish in _wishes(other, axes)}
-    return not against.isdisjoint(_wishes(one, axes)) or any(
-        _no_room(q, other.quantities[slot]) for slot, q in one.quantities.items() if slot in other.quantities
-    )
+    mine, theirs = one.quantities, other.quantities
+    crowded = any(_no_room(mine[slot], theirs[slot]) for slot in mine.keys() & theirs.keys())
+    return crowded or not against.isdisjoint(_wishes(one, axes))
 
 
 def _things(frame: F.SemanticFrame) -> set[F.Place]:

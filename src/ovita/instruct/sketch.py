@@ -6,6 +6,7 @@ What an object is called and how large an amount is says nothing about what is a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -37,22 +38,33 @@ UNITS = {
 GROUP, UNCLEAR = "<all>", "<which>"
 MARKS = (*LETTERS, *dict.fromkeys(UNITS.values()), GROUP, UNCLEAR)
 
-MULTIPLES = {
-    "once": 1.0, "twice": 2.0, "thrice": 3.0, "double": 2.0, "doubled": 2.0, "doubling": 2.0, "triple": 3.0,
-    "tripled": 3.0, "treble": 3.0, "quadruple": 4.0, "halve": 0.5, "halved": 0.5, "halving": 0.5, "couple": 2.0,
-    "pair": 2.0, "hundred": 100.0, "dozen": 12.0,
+COUNTED = {
+    "once": (1.0, ""), "couple": (2.0, ""), "pair": (2.0, ""), "hundred": (100.0, ""), "dozen": (12.0, ""),
+    "twice": (2.0, "x"), "thrice": (3.0, "x"), "double": (2.0, "x"), "doubled": (2.0, "x"), "doubling": (2.0, "x"),
+    "triple": (3.0, "x"), "tripled": (3.0, "x"), "treble": (3.0, "x"), "quadruple": (4.0, "x"),
+    "halve": (0.5, "%"), "halved": (0.5, "%"), "halving": (0.5, "%"),
+    "halfway": (0.5, "%"), "half way": (0.5, "%"), "midway": (0.5, "%"), "midpoint": (0.5, "%"),
+    "half turn": (180.0, "deg"), "half revolution": (180.0, "deg"), "half rotation": (180.0, "deg"),
+    "quarter turn": (90.0, "deg"), "quarter revolution": (90.0, "deg"), "quarter rotation": (90.0, "deg"),
 }  # fmt: skip
+"""Amounts that are said without a number and a unit."""
+
 PLAIN_FRACTIONS = {w + s: round(v, 2) for w, v in FRACTIONS.items() for s in ("", "s")} | {"halves": 0.5}
 ORDINALS = {
     "other": 2.0, "second": 2.0, "third": 3.0, "fourth": 4.0, "fifth": 5.0, "sixth": 6.0, "seventh": 7.0,
     "eighth": 8.0, "ninth": 9.0, "tenth": 10.0,
 }  # fmt: skip
-HALFWAY = frozenset("halfway midway midpoint".split())
-TURNS = frozenset("turn revolution rotation".split())
 ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
 WHOLE_UNIT = frozenset("last first final full whole another".split())
 DETERMINERS = frozenset("the that this my your our a an".split())
 WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
+
+PIECE = re.compile(rf"{WORD.pattern}|\S")
+JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
+"""The sign that joins two words, as in "forty-five"."""
+
+SPELT_OUT = str.maketrans({"_": " ", "=": " ", "+": " and ", "@": " in "})
+"""Signs of the notation in words."""
 
 
 @dataclass(frozen=True)
@@ -128,72 +140,45 @@ def sketch(
     pieces, mentions = _marked(text, catalog, letters, known)
     if before is None:
         return Sketch(pieces, None, mentions)
-    shown = (
-        show([unaimed(frame) for frame in before])
-        .replace("_", " ")
-        .replace("=", " ")
-        .replace("+", " and ")
-        .replace("@", " in ")
-    )
-    said, more = _marked(shown, catalog, letters, known)
+    shown = show([unaimed(frame) for frame in before])
+    said, more = _marked(shown.translate(SPELT_OUT), catalog, letters, known)
     shifted = tuple(replace(p, words=None, mention=p.mention + len(mentions) if p.mention >= 0 else -1) for p in said)
     return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more))
 
 
-def cut(text: str) -> list[Fragment]:
+def cut(text: str) -> list[tuple[str, Span]]:
     """The words, numbers and signs of a text, with where they stand."""
-    text = text.replace("’", "'").replace("`", "'")
-    found: list[Fragment] = []
-    at = 0
-    for match in WORD.finditer(text):
-        found += [Fragment(c, (i, i + 1)) for i, c in enumerate(text[at : match.start()], start=at) if not c.isspace()]
-        found += _without_ending(Fragment(match.group(), match.span()))
-        at = match.end()
-    found += [Fragment(c, (i, i + 1)) for i, c in enumerate(text[at:], start=at) if not c.isspace()]
-    return [piece for i, piece in enumerate(found) if not _is_hyphen(found, i)]
+    text = JOINED.sub(" ", text.replace("’", "'").replace("`", "'"))
+    return [piece for match in PIECE.finditer(text) for piece in _without_ending(match.group(), match.start())]
 
 
-def _is_hyphen(pieces: Sequence[Fragment], i: int) -> bool:
-    """Whether a sign joins two words, as in "forty-five"."""
-    if pieces[i].text != "-" or not 0 < i < len(pieces) - 1:
-        return False
-    before, behind = pieces[i - 1], pieces[i + 1]
-    touching = (before.words or (0, 0))[1] + 1 == (behind.words or (0, 0))[0]
-    return touching and before.text[-1].isalpha() and behind.text[0].isalpha()
-
-
-def _without_ending(piece: Fragment) -> list[Fragment]:
+def _without_ending(word: str, low: int) -> list[tuple[str, Span]]:
     """Cut the "'s" off "the lathe's" and the "'ll" off "the goat'll"."""
-    ending = next((e for e in ENDINGS if piece.text.lower().endswith(e)), "")
-    if not ending or piece.words is None:
-        return [piece]
-    low, high = piece.words
-    at = high - len(ending)
-    return [Fragment(piece.text[: -len(ending)], (low, at)), Fragment(ending, (at, high))]
+    at, high = low + len(word.partition("'")[0]), low + len(word)
+    if word[at - low :].lower() not in ENDINGS:
+        return [(word, (low, high))]
+    return [(word[: at - low], (low, at)), (word[at - low :], (at, high))]
 
 
 def _marked(
     text: str, catalog: Catalog, letters: dict[str, str], known: Collection[str]
 ) -> tuple[tuple[Fragment, ...], tuple[Referent, ...]]:
     raw = cut(text)
-    lowered = [piece.text.lower() for piece in raw]
-    odd = [i for i, word in enumerate(lowered) if word.isalpha() and word not in known]
-    right, _ = respelt([lowered[i] for i in odd], catalog)
-    for i, word in zip(odd, right, strict=True):
-        lowered[i] = word
+    words = [word.lower() for word, _ in raw]
+    odd = [word for word in words if word.isalpha() and word not in known]
+    spelling = dict(zip(odd, respelt(odd, catalog)[0], strict=True))
+    words = [spelling.get(word, word) for word in words]
     pieces: list[Fragment] = []
     mentions: list[Referent] = []
     i = 0
     while i < len(raw):
-        mention, used = _mention_at(lowered, i, catalog, mentions)
+        mention, used = _mention_at(words, i, catalog, mentions)
+        word, span = " ".join(words[i : i + used]), (raw[i][1][0], raw[i + used - 1][1][1])
         if mention is None:
-            pieces.append(Fragment(lowered[i], raw[i].words))
-            i += 1
-            continue
-        span = (raw[i].words or (0, 0))[0], (raw[i + used - 1].words or (0, 0))[1]
-        mentions.append(replace(mention, words=span))
-        word = " ".join(lowered[i : i + used])
-        pieces.append(Fragment(_mark(mention, word, letters), span, len(mentions) - 1))
+            pieces.append(Fragment(word, span))
+        else:
+            pieces.append(Fragment(_mark(mention, word, letters), span, len(mentions)))
+            mentions.append(replace(mention, words=span))
         i += used
     return tuple(pieces), tuple(mentions)
 
@@ -211,29 +196,29 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 def _mention_at(
     words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
-    word = words[i]
-    if not word[0].isalnum() and word[0] != ".":
+    if not words[i].lstrip(".")[:1].isalnum():
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
-    named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last)) if word[0].isalnum() else None
-    if named is not None and not (named.unclear and not named.items):
+    named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
+    if named is not None and named.items:
         return Referent(None, tuple(item.name for item in named.items), named.unclear), named.used
-    mention, used = _amount(words, i)
-    if mention is None:
-        return _partly_named(words, i, catalog), 1
-    return mention, used
+    amount, used = _amount(words, i)
+    return amount or _partly_named(words, i, catalog), used
+
+
+def _before(words: Sequence[str], i: int) -> str:
+    """The word before word i, or ""."""
+    return words[i - 1] if i else ""
 
 
 def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
     """The one object that has a word in its name: "the oak" for the oak board."""
-    word = words[i].removesuffix("s") if len(words[i]) > 4 else words[i]
-    fitting = [name for name, parts in catalog.words.items() if words[i] in parts or word in parts]
-    if len(fitting) != 1 or len(word) < 3 or (is_filler(words[i]) and words[i - 1 : i] != ["the"]):
+    before, forms = _before(words, i), {words[i], words[i].removesuffix("s") if len(words[i]) > 4 else words[i]}
+    fitting = [name for name, parts in catalog.words.items() if forms.intersection(parts)]
+    if len(fitting) != 1 or len(words[i]) < 3 or (is_filler(words[i]) and before != "the"):
         return None
-    is_head = catalog.words[fitting[0]][-1] in (words[i], word)
-    if concept_at((words[i],), 0)[0] and not (is_head and i and words[i - 1] in DETERMINERS):
-        return None
-    return Referent(None, (fitting[0],))
+    is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
+    return Referent(None, (fitting[0],)) if is_head or not concept_at((words[i],), 0)[0] else None
 
 
 def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
@@ -246,39 +231,34 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
         return None, 1
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
-    half = and_a_half(words, i + used) if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") else 0
-    value, used = value * (1.5 if half else 1.0), used + half
+    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and and_a_half(words, i + used):
+        value, used = value * 1.5, used + and_a_half(words, i + used)
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
-    ranged = _range(words, i + used, value, words[i - 1] if i else "")
+    ranged = _range(words, i + used, value, _before(words, i))
     if ranged is not None:
         return replace(ranged[0], number=number), used + ranged[1]
-    counted = words[i + used : i + used + 1]
-    unit = "waypoints" if WAYPOINT_WORDS.intersection(counted) else ""  # the word stays to be read
-    weak = words[i] == "one" and used == 1
-    return Referent(None, value=value, unit=unit, number=number, weak=weak), used
+    counted = WAYPOINT_WORDS.intersection(words[i + used : i + used + 1])  # the word stays to be read
+    weak = words[i : i + used] == ["one"]
+    return Referent(None, value=value, unit="waypoints" if counted else "", number=number, weak=weak), used
 
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     """Every third, halfway, a quarter turn, twice."""
-    word, behind = words[i], words[i + 1] if i + 1 < len(words) else ""
-    if word in ORDINALS and i and words[i - 1] == "every":
-        return _weak(ORDINALS[word], ""), 1
-    if word in HALFWAY or (word == "half" and behind == "way"):
-        return _weak(0.5, "%"), 1 + (word == "half")
-    if word == "half" and "again" in words[i + 1 : i + 4]:
-        return _weak(1.5, "x"), 1 + list(words[i + 1 : i + 4]).index("again") + 1
-    if word in ("half", "quarter") and behind in TURNS:
-        return _weak(FRACTIONS[word] * 360, "deg"), 2
-    if word in MULTIPLES:
-        unit = "" if word in ("couple", "pair", "hundred", "dozen", "once") else "%" if word[:4] == "halv" else "x"
-        return _weak(MULTIPLES[word], unit), 1
+    if words[i] in ORDINALS and _before(words, i) == "every":
+        return _weak(ORDINALS[words[i]], ""), 1
+    if words[i] == "half" and "again" in words[i + 1 : i + 4]:
+        return _weak(1.5, "x"), words.index("again", i) + 1 - i
+    for used in (1, 2):
+        amount = COUNTED.get(" ".join(words[i : i + used]))
+        if amount is not None:
+            return _weak(*amount), used
     return None, 1
 
 
 def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     """The last metre, the first minute."""
-    if not i or words[i - 1] not in WHOLE_UNIT or len(words[i]) < 4:
+    if _before(words, i) not in WHOLE_UNIT or len(words[i]) < 4:
         return None, 1
     unit, factor, used = unit_at(words, i)
     if unit not in ("m", "s"):
@@ -289,13 +269,11 @@ def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
 
 def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     """A third, three quarters; "half a metre" is none."""
-    behind = words[i + 1] if i + 1 < len(words) else ""
-    if words[i] in PLAIN_FRACTIONS and words[i] not in ("second", "seconds"):
+    behind = " ".join(words[i + 1 : i + 2])
+    if words[i] in PLAIN_FRACTIONS:
         value, used = PLAIN_FRACTIONS[words[i]], 1
-    elif words[i] in NUMBER_WORDS and behind in PLAIN_FRACTIONS and behind[-1] == "s":
+    elif words[i] in NUMBER_WORDS and behind in PLAIN_FRACTIONS and behind.endswith("s"):
         value, used = round(NUMBER_WORDS[words[i]] * FRACTIONS.get(behind[:-1], 0.5), 2), 2
-    elif words[i] in NUMBER_WORDS and behind == "-" and words[i + 2 : i + 3] and words[i + 2] in PLAIN_FRACTIONS:
-        value, used = round(NUMBER_WORDS[words[i]] * PLAIN_FRACTIONS[words[i + 2]], 2), 3
     else:
         return None, 1
     measured = amount_at(words, i)
