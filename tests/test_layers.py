@@ -96,6 +96,7 @@ MAY_MATCH_TEXT = {
     "instruct/patterns.py",
     "instruct/objects.py",
     "instruct/rules.py",
+    "instruct/sketch.py",
     "limits/problem.py",
     "limits/stated.py",
     "paths/scene.py",

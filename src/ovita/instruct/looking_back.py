@@ -145,13 +145,13 @@ Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
 
 GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
     "instruction": {
-        "whole": (0.31, lambda it, heard: it.whole),
-        "looks back": (-1.21, lambda it, heard: it.recalls),
-        "other kinds of change": (1.35, lambda it, heard: it.said.elsewhere),
-        "to the network": (0.60, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+        "whole": (0.32, lambda it, heard: it.whole),
+        "looks back": (-1.07, lambda it, heard: it.recalls),
+        "other kinds of change": (0.92, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.59, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
     "rules": {"both agree": (2.00, lambda it, heard: _agree(it, heard))},
-    "network": {"confidence": (0.99, lambda it, heard: _odds(heard.edits.confidence))},
+    "network": {"confidence": (1.16, lambda it, heard: _odds(heard.edits.confidence))},
 }
 """What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
 how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""
