@@ -417,6 +417,16 @@ _MOVING = ("plain", "path", "speed", "keep", "faster", "slower")
 _NO_NUMBER = frozenset({*DETERMINERS, "last", "final", "first", "middle"})
 
 
+def _is_short_by(at: _Place) -> bool:
+    """Whether the amount takes the "by": "up by" 10 cm."""
+    return at.last == "by" and at.counted and at.kind not in ("by", "at_least", "at_most")
+
+
+def _is_right_there(at: _Place) -> bool:
+    """Whether "right" is no direction: stop "right" at the cup."""
+    return at.word == "right" and not {"stop", "wait"}.isdisjoint(at.classes(-1, 0))
+
+
 def _is_forbidding(at: _Place) -> bool:
     """Whether a "stop" forbids: "stop" going so close."""
     return at.is_word("stop", "quit") and at.behind.endswith("ing") and _goes_on(at)
@@ -466,6 +476,8 @@ def _is_resting(at: _Place) -> bool:
 
 _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
     (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
+    (_is_short_by, SHORTER),
+    (_is_right_there, ("plain", 1)),
     (_is_forbidding, ("never", 1)),
     (_is_where_it_goes, ("where", 1)),
     (_is_joining, ("join", 1)),
@@ -473,6 +485,7 @@ _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
     (_is_one_more, ("inc", 1)),
     (_is_that_much, ("so", 1)),
     (_is_bent_aside, ("plain", 1)),
+    (lambda at: at.word == "then" and at.counted, ("than", 1)),
     (lambda at: at.kind in COMPARED and _law(at), ("law", 0)),  # "the closer ..., the slower"
     (_is_in_order, ("plain", 1)),
     (_is_resting, ("wait", 1)),

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import cast
 
+import numpy as np
+
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.lexicon import nice
@@ -78,10 +80,30 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         call = f"traj = farther(traj, {ref}, times={name}{further})"
         builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
-    by = builder.length(q, nice(builder.effort * builder.step(frame)), f'"farther from {about}"')
+    by = builder.length(
+        q, nice(builder.effort * _push_needed(builder, item, builder.step(frame))), f'"farther from {about}"'
+    )
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
+
+
+def _push_needed(builder: PolicyBuilder, item: SceneObject, gain: float) -> float:
+    """The push that takes the closest waypoint `gain` metres farther than it was at first [m].
+
+    Shifts before may have brought it closer, and along the directions that are held the push does not act.
+    """
+    away = builder.positions - item.position
+    i = int(np.argmin(np.linalg.norm(away, axis=1)))
+    free = away[i].copy()
+    for word in builder.exact:
+        axis = builder.axis(word)
+        free -= float(free @ axis) * axis
+    now, length = float(np.linalg.norm(away[i])), float(np.linalg.norm(free))
+    wanted = float(item.distance(builder.trajectory.positions).min()) + gain
+    across = max(now**2 - length**2, 0.0)
+    needed = (max(wanted**2 - across, 0.0) ** 0.5 - length) * now / max(length, 0.05 * now, 1e-9)
+    return float(np.clip(needed, gain, 2.5 * gain))
 
 
 def clearance(builder: PolicyBuilder, frame: F.Clearance) -> None:

@@ -155,6 +155,8 @@ def _from_to(s: _Speed) -> tuple[float, float]:
     else:
         begin = first if first > 0.2 * s.mean else s.mean
         begin = begin if begin > end else 2 * end
+        if s.q is None and not s.mask.all() and begin + end > 1.5 * float(s.chosen.mean()):
+            begin *= 0.5  # it falls there already; a lower speed must be clearly lower
     return float(f"{begin:.3g}"), float(f"{end:.3g}")
 
 

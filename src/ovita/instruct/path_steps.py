@@ -164,11 +164,18 @@ def _move_end(builder: PolicyBuilder, end: str, to: str, plan: str, promise: str
 
 
 def _end_shifted(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
+    """Shift an end from where it was, whatever the whole path was shifted by along the same axis."""
     knobs, words = _offset(builder, frame, frame.offset, f"{end}_")
-    offset = arguments(knobs)
-    _move_end(
-        builder, end, offset, f"Shift the {end} {words}", "" if builder.shifts or builder.has(*TURNED) else offset
-    )
+    own = {direction: name + _without_shifts(builder, direction) for direction, name in knobs.items()}
+    beside = {way: " + ".join(names) for way, names in builder.shifts.items() if not {way, OPPOSITE[way]} & {*knobs}}
+    promise = "" if builder.has(*TURNED) else arguments(knobs | beside)
+    _move_end(builder, end, arguments(own), f"Shift the {end} {words}", promise)
+
+
+def _without_shifts(builder: PolicyBuilder, direction: str) -> str:
+    """What takes back the shifts of the whole path along a direction, as the end of an expression."""
+    along, against = (builder.shifts.get(way, []) for way in (direction, OPPOSITE[direction]))
+    return "".join([*(f" - {name}" for name in along), *(f" + {name}" for name in against)])
 
 
 def _end_level(builder: PolicyBuilder, frame: F.MoveEnd, q: F.Quantity, end: str) -> None:

@@ -187,6 +187,12 @@ def _high(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
     return _height(_bounding(found))(found)
 
 
+def _gap(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
+    """A distance to an object that never falls below a length."""
+    low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
+    return _distance("at_least" if low is any(c.kind == "never" for c in found) else "at_most")(found)
+
+
 def _law(found: Sequence[Chunk]) -> list[Chunk] | None:
     """The closer to the cup, the slower: slower near the cup."""
     pace = next((kind for kind in ("slow", "fast", "quick") if kind in found[-1].text.lower()), "")
@@ -194,6 +200,11 @@ def _law(found: Sequence[Chunk]) -> list[Chunk] | None:
         return None
     near = merged([c for c in found if c.names], "obj", value="near")
     return [merged(found[-1:], "slower" if pace == "slow" else "faster"), near]
+
+
+def _turned(found: Sequence[Chunk]) -> Chunk:
+    """A quarter turn."""
+    return merged(found, "Qdeg", q=Quantity(360 * FRACTION[found[0].kind], "deg"))
 
 
 def _height(role: str) -> Build:
@@ -258,6 +269,15 @@ def _axis(found: Sequence[Chunk]) -> Chunk:
     q = length.q or Quantity(0.0)
     minus = length.value == "minus"
     return merged(found, "axis_by", q=Quantity(q.value, "m", "by", q.said), value="-" * minus + axis)
+
+
+def _along_axis(found: Sequence[Chunk]) -> Chunk | None:
+    """A length along an axis: "5 cm in y", "by -5 cm along x", "0.1 to the z coordinate"."""
+    axis, length = (next(c for c in found if c.kind in kinds) for kinds in (("axis",), ("Qm", "Qn")))
+    if length.kind == "Qn" and "." not in length.text:
+        return None
+    against = any(c.kind == "minus" for c in found)
+    return replace(_axis([axis, replace(length, value="minus") if against else length]), span=merged(found, "").span)
 
 
 def _no_slower(found: Sequence[Chunk]) -> list[Chunk] | Chunk | None:
@@ -373,6 +393,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
     ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
     ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),
+    ("back (?=OBJ (?:comma )?(?:Qm (?:up|down) |raise |lower |slower |faster |up |down ))", _behind),
     ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
     ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
     ("never keep? up|down|raise|lower than OBJ", _height_of),
@@ -382,14 +403,19 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("keep OBJ", lambda f: _clear(f) if "touch" in f[0].text.lower() else None),
     ("farther of|from|to? OBJ by? at_least? Qm", lambda f: _distance("at_least")(f) if "clear" in f[0].text.lower() else None),
     ("comma only? never near to|of? OBJ", lambda f: part(f, outside(_either(f[-1].names, None))) if "not" in [c.text.lower() for c in f] else None),
+    ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
     ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
     ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
     # numbers
+    ("quarter|half of? turns|laps|rotate|circle", _turned),
     ("Qn half|third|quarter|tenth|fifth", _many_thirds),
     ("Qth waypoints", _point),
     ("from|between waypoints Qn LINK|and waypoints? Qn", _range_of_points),
+    ("waypoints from|between Qn LINK|and Qn", _range_of_points),
     ("waypoints Qn LINK waypoints? Qn", _range_of_points),
+    ("from|between Qn LINK|and Qn waypoints", _range_of_points),
     ("from Qn|Qm|Qv|Qs to Qm|Qv|Qs", lambda f: merged(f, "unknown", q=None)),
+    ("between Qn|Qm|Qv|Qs and Qm|Qv|Qs|Qpc|Qdeg", _spread),
     ("Qn|Qm|Qv|Qs to Qm|Qv|Qs|Qpc|Qdeg", _spread),
     ("every Qn|second|third|quarter|fifth|tenth|rest|unknown waypoints", _every),
     ("Qn laps|turns|times|circle", _counted("turns")),
@@ -399,31 +425,48 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("1st Qn? SPAN of? path?", _amount("first")),
     ("nth|goal Qn? SHARE of? path?", _amount("last")),
     ("nth Qn? SPAN of? path?", _amount("last")),
+    ("Qn FIRST waypoints", _amount("first")),
+    ("Qn LAST waypoints", _amount("last")),
     ("FIRST Qn waypoints?", _amount("first")),
     ("LAST Qn waypoints?", _amount("last")),
     ("before|for? secondhalf|firsthalf", lambda f: _share("last" if f[-1].kind == "secondhalf" else "first", 0.5)(f)),
     ("AT|from? waypoints|nth|1st Qn to?", _point),
     ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
     ("before touch? halfway|middle", lambda f: _share("first", 0.5)(f)),
+    ("from point on|front?", _along("after")),
+    ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
     ("point on|front", _along("after")),
+    ("after SHARE of? path", _along("after")),
+    ("before SHARE of? path", _along("before")),
     ("rising|falling by? Qm", lambda f: merged(f, "up" if f[0].kind == "rising" else "down")),
+    ("AT rising|falling", lambda f: _plain("heading", direction="up" if f[1].kind == "rising" else "down")(f)),
     ("rising|falling", lambda f: _plain("heading", direction="up" if f[0].kind == "rising" else "down")(f)),
     ("where path? left|right|front|back (?!of|by|OBJ|Q)", lambda f: _plain("heading", direction=f[-1].kind)(f)),
     ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
     ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
     ("plus|minus ANYQ", _signed),
+    ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
+    ("threshold to? Qm", lambda f: merged(f, "threshold")),
     # objects and places
+    ("after|once pass|touch|near|closer at|to|by? OBJ", _side_of_object("after")),
+    ("before pass|touch|near|closer at|to|by? OBJ", _side_of_object("before")),
     ("where|as OBJ near|closer|pass", lambda f: merged(f[1:2], "obj", value="near")),
     ("where|as pass|near|closer|touch|thru at|to|by? OBJ", lambda f: merged(f[-1:], "obj", value="near")),
     ("pass by? OBJ", lambda f: merged(f[-1:], "obj", value="pass")),
+    ("OBJ comma|and OBJ comma|and OBJ", _objects),
     ("OBJ and OBJ", _objects),
+    ("from start to|before OBJ|goal", lambda f: _to_or_from_end(f) if f[-1].kind == "OBJ" else merged(f, "whole")),
+    ("from OBJ to|before goal", _to_or_from_end),
     ("between OBJ and start|goal", _to_or_from_end),
+    ("between start|goal and OBJ", _to_or_from_end),
     ("than from|to|of? OBJ", lambda f: merged(f, "unknown")),
     ("from? OBJ to|before|thru OBJ", lambda f: _between(f) if len(f[0].names or f[1].names) == 1 else None),
     ("AT|thru? gap? middle? between OBJ gap?", _between),
+    ("from OBJ on|front", _side_of_object("after")),
     ("where? after OBJ", _side_of_object("after")),
     ("before near? OBJ", _side_of_object("before")),
     ("closer|near to|of? OBJ comma? to? within Qm (?!of|from|to|around|near|OBJ)", _within),
+    ("closer to? OBJ comma? to Qm (?!of|from|to|around|near|OBJ)", _within),
     ("raise|lower|up|down over OBJ", _higher_there),
     ("over OBJ raise|lower|up|down", _higher_there),
     ("never pass? within Qm", partial(in_role, "at_least")),
@@ -434,6 +477,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
     ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
     # roles of quantities
+    ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
+    ("over|under height of? Qm", _high),
     ("never HIGHER+ than|on|by? Qm|Qn ground?", _high),
     ("never lower|drop|down|falling under|at_most Qv|Qn", _bounded),
     ("never path? over|under|at_least|at_most Qv", _bounded),
@@ -445,19 +490,30 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("never pass? LOWER+ than|on|by? Qm|Qn ground?", _high),
     ("keep? up|raise|LOWER than Qm|Qn ground?", _high),
     ("never faster|inc|slower|dec than? Qv|Qn", _bounded),
+    ("faster|slower than Qv", _bounded),
+    ("never closer|near of|to|from|at? OBJ than|by? Qm", _distance("at_least")),
+    ("never farther|closer|near|within|side than|to? Qm", lambda f: in_role("at_least" if f[1].kind in ("closer", "near", "within") else "at_most", f)),
     ("never at_least|limit|at_most|after ANYQ", lambda f: in_role("at_least" if f[1].kind == "at_most" else "at_most", f)),
     ("keep over|under|up|down Qm ground?", _high),
+    ("keep? over|under Qm ground", _high),
     ("over|under Qm", _high),
     ("radius to|of|at? Qm|Qn", _label("radius")),
+    ("Qm|Qn of? radius", _label("radius")),
+    ("diameter to|of? Qm", _label("radius", 0.5)),
+    ("Qm of|in? diameter", _label("radius", 0.5)),
     ("size to|of|by? Qm", _label("size")),
+    ("Qm of|in? size", _label("size")),
     ("at_least approx? ANYQ", partial(in_role, "at_least")),
     ("min of|to|at? ANYQ", partial(in_role, "at_least")),
     ("ANYQ min", partial(in_role, "at_least")),
     ("at_most approx? ANYQ", partial(in_role, "at_most")),
     ("max of|to|at|under? ANYQ", partial(in_role, "at_most")),
+    ("ANYQ max", partial(in_role, "at_most")),
     ("to approx? ANYQ", partial(in_role, "to")),
     ("by approx? ANYQ", partial(in_role, "by")),
     ("at approx? Qv", partial(in_role, "to")),
+    ("never stop at|by goal", lambda f: merged(f, "extend")),
+    ("never? faster|inc never? slower|dec", lambda f: merged(f, "constant") if f[0].kind == "never" else None),
     ("never slower|faster", _no_slower),
     # what is turned round
     ("never keep|pass? slight? so|too|of|as slight|large? FLIPS", _flip),
@@ -467,14 +523,21 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("less|dec so? FLIPS", lambda f: _flip(f) if f[0].text.lower().endswith("less") else None),
     # ends and objects with their prepositions
     ("where|after|once touch? at? goal", lambda f: merged(f, "end", value=("goal", "after"))),
+    ("where? closer|near to? goal", _plain("last")),
     ("straight|ramp_down|ramp_up path? to|before|for goal", lambda f: f[0]),
     ("before turns", lambda f: f[1]),
     ("AT|to|toward|from|of|before|after|where|than? END", _end),
     ("BEFORE_OBJ* OBJ", _object),
     ("keep Qm obj and Qm obj", lambda f: [*f[:4], Chunk("keep", "", f[3].span), *f[4:]]),
+    ("from here|there", lambda f: merged(f, f[1].kind)),
+    ("AT|over here", _plain("indices")),
     ("here", _plain("indices")),
+    ("turns|before turns", lambda f: merged(f, "turns")),
+    ("FIRST waypoints", lambda f: merged(f, "end", value=("start", ""))),
+    ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),
     ("AT|to|toward|where|only? first", _plain("first", unit="share")),
     ("AT|to|toward|where|only? last", _plain("last", unit="share")),
     ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
+    ("never AT part|obj", _except),
 )  # fmt: skip
 """Rows of classes as `constituents` reads them, in the order in which they are applied, and what becomes of them."""

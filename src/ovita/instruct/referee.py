@@ -58,6 +58,9 @@ DO, SHOW = 0.83, 0.15
 WHOLE_READ = 0.65
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
+AGAINST_WHOLE = 0.93
+"""How likely the network's reading has to be to be done where the rules read every word, and otherwise."""
+
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
 
@@ -303,7 +306,7 @@ class Readings:
     def sure(self, by: By, confidence: float) -> bool:
         """Whether a reading is likely enough to be done; never one against a short utterance that the rules read."""
         if self.whole and by == "learned":
-            return confidence >= DO and len(self.said) > CURT
+            return confidence >= AGAINST_WHOLE and len(self.said) > CURT
         return confidence >= (WHOLE_READ if self.whole else DO)
 
     def _rules_prevail(self) -> bool:

@@ -32,6 +32,7 @@ from ovita.instruct.together import (
     settled,
     shared,
     unit_of,
+    within,
 )
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -135,7 +136,7 @@ def _rewritten(row: list[Chunk], text: str, pattern: Pattern) -> list[Chunk]:
 
 LENGTHS = (
     "within|left|right|front|back|up|down|raise|lower|closer|"
-    "farther|distance|gap|extend|hop|hover|height|radius|size|plus|minus"
+    "farther|distance|gap|threshold|extend|hop|hover|height|radius|size|plus|minus"
 )
 NO_COUNT = "(?!waypoints|times|turns|laps|waves|double)"
 COUNTED_UNITS = tuple(
@@ -434,7 +435,7 @@ class _ClauseReader:
     def take(self, clause: ReadClause) -> None:
         """Read a clause."""
         left = clause.match.unread if clause.match else clause.items
-        words = [c.text for c in left if c.kind not in FREE]
+        words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
         choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
         if choice is not None:
             self.question, self.asked = _which(choice), choice.names
@@ -464,7 +465,8 @@ def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Seq
     it = _ClauseReader(earlier)
     for clause in clauses:
         it.take(clause)
-    frames = tuple(settled(it.made))
+    radius = next((c.number.value for clause in clauses for c in clause.items if c.kind == "threshold" and c.q), None)
+    frames = tuple(within(frame, radius) for frame in settled(it.made))
     return F.Reading(
         frames, unread=tuple(it.unread), question=it.question, asked=it.asked, notes=notes,
         improper=improper(frames),
@@ -478,7 +480,8 @@ def _after(
     if before is None or not made:
         return frame
     if clause.opening == "and":
-        frame = shared(made, frame) if "them" in clause.words else frame
+        if _leads(before) or "them" in clause.words:
+            frame = shared(made, frame)
         if "it" in clause.words:
             frame = of_the_end(made[-1], frame)
     then = not frame.part and not clause.words.isdisjoint(THEN)
@@ -498,6 +501,14 @@ def _which(choice: Chunk) -> str:
     what = choice.text.lower().removeprefix("the ")
     names = [repr(name) for name in choice.names]
     return f"Which {what}: {', '.join(names[:-1])} or {names[-1]}?" if names else f"Which {what} is meant?"
+
+
+def _leads(clause: ReadClause) -> bool:
+    """Whether a clause opens with the part of the path that it is about."""
+    opening = clause.items[0]
+    return opening.kind in ("part", "point", "pair", "within_of") or (
+        opening.kind == "obj" and opening.value in ("at", "near", "by")
+    )
 
 
 QUESTIONS = {

@@ -112,6 +112,12 @@ def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
     return WHOLE
 
 
+def within(frame: F.SemanticFrame, radius: float | None) -> F.SemanticFrame:
+    """A frame near an object within the distance that the utterance says counts as near."""
+    near = radius is not None and frame.part.kind == "near" and frame.part.amount is None
+    return replace(frame, part=replace(frame.part, amount=radius)) if near else frame
+
+
 def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
     match made:

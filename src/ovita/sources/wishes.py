@@ -26,7 +26,7 @@ from ovita.instruct.frames import (
     same,
 )
 from ovita.instruct.lexicon import amount_at, term_at
-from ovita.instruct.referee import DO, Outcome, Understanding, understand
+from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.heights import HeightTold, height_in
@@ -35,9 +35,6 @@ from ovita.sources.places import Location, mentioned_in, phrase_at, way_words
 
 TIES, ONWARD, COURTESIES, MOVED = map(way_words, ("tie", "onward", "courtesy", "moved"))
 STARTING, FINISHING, HOLDING = map(way_words, ("set off", "come in", "holding"))
-
-AGAINST_WHOLE = 0.93
-"""How likely a reading of the network has to be to be done instead of one of the rules that leaves no word."""
 
 
 @dataclass(frozen=True)
