@@ -504,7 +504,7 @@ def _commands(
         found = means
     # The way to the first waypoint is no part of the path.
     separate = bool(old) and kept.get(0) == 0 and old[0].speed != old[1].speed
-    return [old[0].speed if separate else found[1], *found[1:]]
+    return [old[0].speed if separate else found[:2][-1], *found[1:]]
 
 
 def _scaled(
