@@ -59,7 +59,7 @@ WHOLE_READ = 0.65
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
 AGAINST_WHOLE = 0.93
-"""How likely the network's reading has to be to be done where the rules read every word, and otherwise."""
+"""How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
