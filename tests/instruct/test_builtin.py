@@ -289,7 +289,7 @@ def test_path_steps_come_before_speed_and_before_what_changes_the_count():
 
 
 def test_near_is_never_empty_and_never_everything():
-    from ovita.instruct.lexicon import Scale
+    from ovita.instruct.degrees import Scale
 
     trajectory = Trajectory.from_array(ROWS)
     scale = Scale.of(trajectory)

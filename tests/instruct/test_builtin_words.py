@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from ovita.instruct.chunks import close, cut, distance, respelt
-from ovita.instruct.lexicon import amount_at, concept_at, concepts, filler, phrases, stems
+from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
+from ovita.instruct.numerals import amount_at
 from ovita.instruct.objects import Catalog
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from ovita.bench.generate import SETTINGS, random_scene
-from ovita.instruct.lexicon import Scale
+from ovita.instruct.degrees import Scale
 from ovita.io import Task, load_robot
 from ovita.limits.problem import ConstraintOptions, Obstacle, obstacles_of
 from ovita.limits.solve import limit_speeds

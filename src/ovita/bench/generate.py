@@ -21,7 +21,7 @@ from scipy.interpolate import CubicSpline
 
 from ovita.bench.dataset import Sample
 from ovita.errors import OvitaError, RequestError
-from ovita.instruct.lexicon import Degree, Scale
+from ovita.instruct.degrees import Degree, Scale
 from ovita.io import Task, load_robot, save_task
 from ovita.io.files import make_folder
 from ovita.limits import constrain

@@ -24,8 +24,8 @@ from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
-from ovita.instruct.lexicon import amount_at
 from ovita.instruct.looking_back import EVEN
+from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
 from ovita.measure import compare
 from ovita.paths.part import PathPart

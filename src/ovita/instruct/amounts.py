@@ -7,9 +7,9 @@ from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.degrees import Degree
 from ovita.instruct.editing import OPPOSITE, directions_of, scale_of, slots
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import Degree
 from ovita.instruct.remarks import (
     ADJECTIVES,
     DIRECTIONS,

@@ -12,8 +12,8 @@ import numpy as np
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
+from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.lexicon import END_SHARE, Degree, Scale, nice
 from ovita.limits.problem import from_object
 from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.part import PathPart

@@ -16,22 +16,8 @@ from itertools import pairwise
 from typing import Any, TypeAlias, cast
 
 from ovita.instruct.frames import Quantity, Role, Span
-from ovita.instruct.lexicon import (
-    CONNECTIVES,
-    DETERMINERS,
-    FEEDBACK,
-    NUMBER_WORDS,
-    ORDINAL_WORDS,
-    UNITS,
-    amount_at,
-    concepts,
-    is_digits,
-    known_words,
-    stems,
-    term_at,
-    unit_apart,
-    unit_at,
-)
+from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, FEEDBACK, concepts, known_words, stems, term_at
+from ovita.instruct.numerals import NUMBER_WORDS, ORDINAL_WORDS, UNITS, amount_at, is_digits, unit_apart, unit_at
 from ovita.instruct.objects import GENERIC, WORD, Catalog, singular
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array

@@ -14,7 +14,8 @@ from itertools import pairwise
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
-from ovita.instruct.lexicon import CENTI, DETERMINERS, FAR, FRACTIONS
+from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.paths.part import WHOLE, PathPart, outside

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 from ovita.errors import InputError
 from ovita.instruct import frames as F
+from ovita.instruct.degrees import Degree
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import Degree
 from ovita.instruct.notation import ROLES, quantity
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene

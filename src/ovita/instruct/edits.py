@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from ovita.instruct.degrees import Degree
 from ovita.instruct.frames import Direction, Quantity, SemanticFrame
-from ovita.instruct.lexicon import Degree
 from ovita.paths.part import PathPart
 
 

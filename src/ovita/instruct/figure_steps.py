@@ -8,7 +8,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved
-from ovita.instruct.lexicon import Degree, nice
+from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.path_steps import spot, target
 from ovita.paths.geometry import runs, turning_angles
 from ovita.paths.part import WHOLE, PathPart, Unit

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from ovita.instruct.lexicon import Degree
+from ovita.instruct.degrees import Degree
 from ovita.paths.part import WHOLE, PathPart
 
 Span: TypeAlias = tuple[int, int]

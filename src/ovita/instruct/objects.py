@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.lexicon import NUMBER_WORDS, concept_at, is_filler, terms
+from ovita.instruct.lexicon import concept_at, is_filler, terms
+from ovita.instruct.numerals import NUMBER_WORDS
 from ovita.limits.problem import is_support
 from ovita.paths.scene import Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array

@@ -7,7 +7,7 @@ from typing import cast
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
-from ovita.instruct.lexicon import FASTER, SLOWER
+from ovita.instruct.degrees import FASTER, SLOWER
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps
 from ovita.paths.scene import SceneObject

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
-from ovita.instruct.lexicon import Degree, nice
+from ovita.instruct.degrees import Degree, nice
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.source import Role

@@ -17,9 +17,10 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, REFUSED, UNKNOWN, clauses, contradictions, opposed
+from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import extent_of, written_out
+from ovita.instruct.numerals import written_out
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED

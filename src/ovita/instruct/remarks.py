@@ -12,18 +12,8 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut, respelt
 from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import (
-    CONNECTIVES,
-    DETERMINERS,
-    FEEDBACK,
-    amount_at,
-    and_a_half,
-    concept_at,
-    concepts,
-    filler,
-    is_digits,
-    stems,
-)
+from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, FEEDBACK, concept_at, concepts, filler, stems
+from ovita.instruct.numerals import amount_at, and_a_half, is_digits
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array

@@ -16,9 +16,10 @@ from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Build, Chunk, chunks, spoken
+from ovita.instruct.degrees import extent_of
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
-from ovita.instruct.lexicon import bare_unit, extent_of
+from ovita.instruct.numerals import bare_unit
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
 from ovita.instruct.table import ROWS, Match, frame_of, match
 from ovita.instruct.together import (

@@ -12,16 +12,9 @@ from dataclasses import dataclass, replace
 
 from ovita.instruct.chunks import respelt
 from ovita.instruct.frames import SemanticFrame, Span, unaimed
-from ovita.instruct.lexicon import (
-    FRACTIONS,
-    NUMBER_WORDS,
-    amount_at,
-    and_a_half,
-    concept_at,
-    is_filler,
-    unit_at,
-)
+from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
+from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array

@@ -14,7 +14,8 @@ from typing import Any, Literal, TypeAlias
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import UNIT_KIND, Chunk
 from ovita.instruct.fillers import CLEAR, REST, THERE
-from ovita.instruct.lexicon import DETERMINERS, bare_unit, concepts, stems, unit_at
+from ovita.instruct.lexicon import DETERMINERS, concepts, stems
+from ovita.instruct.numerals import bare_unit, unit_at
 from ovita.paths.part import WHOLE, PathPart, outside
 
 

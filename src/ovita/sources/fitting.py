@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ovita.instruct.degrees import Scale
 from ovita.instruct.frames import Approach, Clearance, Figure, Quantity, SemanticFrame, Wait
-from ovita.instruct.lexicon import Scale
 from ovita.paths.trajectory import Trajectory
 from ovita.sources.places import Location
 from ovita.sources.planner import PlanRequest

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 
-from ovita.instruct.lexicon import amount_at, term_at
+from ovita.instruct.lexicon import term_at
+from ovita.instruct.numerals import amount_at
 from ovita.instruct.objects import WORD
 from ovita.sources.places import phrase_at, way_words
 

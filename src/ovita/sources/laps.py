@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ovita.instruct.degrees import Degree
 from ovita.instruct.frames import Figure, Place, Quantity, Sense
-from ovita.instruct.lexicon import Amount, Degree, amount_at, is_filler
+from ovita.instruct.lexicon import is_filler
+from ovita.instruct.numerals import Amount, amount_at
 from ovita.paths.scene import Scene
 from ovita.sources.places import Text, phrase_at, way_words
 

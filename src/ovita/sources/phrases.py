@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ovita.instruct.lexicon import PLAIN, Amount, amount_at, concept_at, is_filler, term_at
+from ovita.instruct.lexicon import PLAIN, concept_at, is_filler, term_at
+from ovita.instruct.numerals import Amount, amount_at
 from ovita.sources.laps import lap_in
 from ovita.sources.places import BEHIND, PHRASES, SEEN, Location, Text, phrase_at, way_words
 from ovita.sources.reasons import BIDDING, REASON, ReasonClause, clauses

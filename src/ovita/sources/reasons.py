@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ovita.instruct.frames import Clearance, Figure, Height, Pace
-from ovita.instruct.lexicon import amount_at
+from ovita.instruct.numerals import amount_at
 from ovita.sources.places import Text, phrase_at, way_words
 from ovita.sources.wishes import TIES, bare, read_wish
 

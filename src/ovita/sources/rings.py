@@ -8,8 +8,8 @@ from itertools import product
 
 import numpy as np
 
+from ovita.instruct.degrees import Degree
 from ovita.instruct.frames import Figure, Quantity
-from ovita.instruct.lexicon import Degree
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length

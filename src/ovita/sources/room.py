@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ovita.instruct.lexicon import Scale
+from ovita.instruct.degrees import Scale
 from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length

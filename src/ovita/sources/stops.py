@@ -7,7 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 
-from ovita.instruct.lexicon import DETERMINERS, amount_at, concept_at, is_filler, term_at
+from ovita.instruct.lexicon import DETERMINERS, concept_at, is_filler, term_at
+from ovita.instruct.numerals import amount_at
 from ovita.sources.apart import read_apart
 from ovita.sources.phrases import (
     CARRIERS,

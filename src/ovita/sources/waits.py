@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ovita.instruct.frames import Hover, Quantity, Reading, Wait
-from ovita.instruct.lexicon import Amount
+from ovita.instruct.numerals import Amount
 from ovita.sources.mentions import WayTold
 from ovita.sources.phrases import WayPhrase
 from ovita.sources.places import Location, phrase_at, way_words

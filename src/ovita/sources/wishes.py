@@ -25,7 +25,8 @@ from ovita.instruct.frames import (
     Wait,
     same,
 )
-from ovita.instruct.lexicon import amount_at, term_at
+from ovita.instruct.lexicon import term_at
+from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene

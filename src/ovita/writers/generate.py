@@ -15,7 +15,7 @@ from typing import Literal
 
 from ovita.errors import OvitaError, PolicyError, UnusableReply, WriterError
 from ovita.instruct.frames import Reading, SemanticFrame, with_selection
-from ovita.instruct.lexicon import ambiguous
+from ovita.instruct.numerals import ambiguous
 from ovita.measure import compare, sentences
 from ovita.paths.trajectory import Array
 from ovita.policy import Policy

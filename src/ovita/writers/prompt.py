@@ -24,7 +24,7 @@ from ovita.units import to_si
 from ovita.writers.base import ExampleMode, PromptStyle, Sections
 
 if TYPE_CHECKING:
-    from ovita.instruct.lexicon import Scale
+    from ovita.instruct.degrees import Scale
     from ovita.writers.examples import Example
 
 EXAMPLES, FUNCTIONS = 2, 4
@@ -122,7 +122,7 @@ def _names(scene: Scene) -> list[str]:
 
 
 def _scene_lines(request: Request) -> list[str]:
-    from ovita.instruct.lexicon import Scale
+    from ovita.instruct.degrees import Scale
 
     scene, scale = request.scene, Scale.of(request.trajectory)
     lines = [

@@ -1,0 +1,91 @@
+"""What words of degree, such as "a bit" and "much", come to in a given scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array, Trajectory
+
+Degree = Literal["slight", "moderate", "large"]
+
+DEGREES: tuple[Degree, ...] = ("slight", "moderate", "large")
+
+STEP_SHARE: dict[Degree, float] = {"slight": 0.05, "moderate": 0.12, "large": 0.22}
+"""Share of the path's extent that a displacement of each degree covers."""
+
+SLOWER: dict[Degree, float] = {"slight": 0.75, "moderate": 0.5, "large": 0.25}
+FASTER: dict[Degree, float] = {"slight": 1.25, "moderate": 1.5, "large": 2.0}
+"""Factors on the speed where an instruction gives a degree and no amount."""
+
+NEAR_SHARE = 0.15
+"""Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
+
+
+END_SHARE = 0.25
+"""Share of the waypoints that "at the start" or "at the end" means."""
+
+NEAR_WAYPOINTS = 0.1
+"""Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
+
+
+def extent_of(positions: Array | None) -> float | None:
+    """Diagonal of the bounding box of a path (N, 3) [m]; None without a path."""
+    return float(np.linalg.norm(np.ptp(positions, axis=0))) if positions is not None and len(positions) else None
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Sizes that words of degree stand for.
+
+    Args:
+        extent: Diagonal of the path's bounding box [m].
+    """
+
+    extent: float
+
+    @classmethod
+    def of(cls, trajectory: Trajectory) -> Scale:
+        """The scale of a trajectory; a path without extent counts as 1 m."""
+        extent = extent_of(trajectory.positions)
+        return cls(extent if extent and extent > 1e-9 else 1.0)
+
+    def step(self, degree: Degree) -> float:
+        """Displacement for a degree [m], to two digits."""
+        return nice(STEP_SHARE[degree] * self.extent)
+
+    def describe(self) -> str:
+        """What words of degree amount to, as a prompt says it."""
+        shift, slower, faster = (
+            "/".join(f"{of[degree]:g}" for degree in DEGREES)
+            for of in ({degree: self.step(degree) for degree in DEGREES}, SLOWER, FASTER)
+        )
+        return f"slightly/plain/much: {shift} m, slower x{slower}, faster x{faster}."
+
+    def near(self, positions: Array, item: SceneObject, kept: float = 0.0) -> float:
+        """Distance to the object's centre that counts as near a path [m].
+
+        On a straight path that passes at distance d, the sphere of radius sqrt(d^2 + h^2) holds a stretch of length 2h;
+        so the radius is never so small that no waypoint is near, nor so large that all are.
+
+        Args:
+            positions: The path, (N, 3) [m].
+            item: The object.
+            kept: Distance [m] to its centre to which the path is pushed out before it is asked what is near.
+        """
+        distances = np.maximum(np.sort(item.distance(positions)), kept)
+        few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
+        return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
+
+
+def nice(value: float) -> float:
+    """Round up to two significant digits, so that knobs read well."""
+    if value <= 0:
+        return 0.0
+    digits = 1 - math.floor(math.log10(value))
+    step = 10.0**digits
+    return round(math.ceil(value * step - 1e-9) / step, max(digits, 0))
