@@ -72,6 +72,10 @@ class _Asked:
     def where(self, frame: F.SemanticFrame) -> PathPart | None:
         """The part that a frame is about, without what is to stay as it is."""
         kept = [f.part for f in self.frames if isinstance(f, F.Keep) and f.what == "part" and f is not frame]
+        stops = [f.place for f in self.frames if isinstance(f, F.StopAt) and f.place]
+        if isinstance(frame, F.Pace) and frame.part.kind == "last" and stops:
+            end = _nearest(self, stops[0]) / (len(self.trajectory) - 1)
+            return PathPart("range", amount=0.75 * end, until=end, unit="share")
         return self.part(_shared(frame.part, *(outside(part) for part in kept if part != frame.part)))
 
     def part(self, part: PathPart | None) -> PathPart | None:
@@ -183,6 +187,8 @@ def _shift(case: _Asked, frame: F.Shift) -> Check:
 def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     place, words = _place(frame.place, case), case.offset(frame.offset)
     if frame.relation == "to":
+        if end == "goal" and case.has(F.Return):
+            return P.passes_through(place)
         beside = [asked.end_beside(end, place, word, by=value) for word, value in words.items()]
         return P.all_of(*beside) if beside else P.starts_at(place) if end == "start" else P.ends_at(place)
     if frame.relation:
@@ -283,7 +289,9 @@ def _set(case: _Asked, frame: F.Pace) -> Check | None:
 
 def _ramp(case: _Asked, frame: F.Pace, sense: Literal["rising", "falling"]) -> Check:
     to = None if frame.amount is None or case.beside(frame, *PACING) else frame.amount.value
-    return P.monotone_speed(sense, where=case.where(frame), to=to)
+    halts = case.has(F.Wait, F.StopAt, F.Hover) and sense == "rising"
+    where = PathPart("first", amount=0.9, unit="share") if halts and not frame.part else case.where(frame)
+    return P.monotone_speed(sense, where=where, to=to)
 
 
 def _bounded(case: _Asked, frame: F.Pace, bound: str) -> Check:
@@ -373,7 +381,8 @@ _KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
 
 def _extend(case: _Asked, frame: F.Extend) -> Check:
     if frame.place:
-        return P.all_of(P.ends_at(_place(frame.place, case)), P.extended())
+        there = P.passes_through if case.has(F.Return) else P.ends_at
+        return P.all_of(there(_place(frame.place, case)), P.extended())
     words, _ = _sorted(case.offset(frame.offset))
     by = case.metres(frame.by, case.trajectory.length)
     return P.extended(by=by if by is None else abs(by), **words) if case.alone(frame) else P.extended()
@@ -421,6 +430,8 @@ def _figure(case: _Asked, frame: F.Figure) -> Check:
         return asked.swings(3, where=where or case.part(_around(frame.place)), irregular=True)
     waves = frame.waves or frame.turns
     least = 3 if waves is None else max(1, round(2 * waves.value) - 2)
+    if case.has(F.Return):
+        return asked.swings(least)
     return asked.swings(least, amplitude=size, where=where)
 
 
@@ -445,13 +456,18 @@ def _around(place: F.Place) -> PathPart:
 
 def _mirror(case: _Asked, frame: F.Mirror) -> Check:
     flipped = {"x": "y", "y": "x", "z": "z"}.get(frame.axis, "")
-    if case.has(F.Reverse, F.Resize):
+    if case.has(F.Reverse, F.Resize, F.Curve, F.Return):
         return P.not_(P.same_path())
     mirrored = P.mirrored if case.alone(frame) else asked.flipped
     return mirrored([case.word(flipped or frame.axis)], where=case.calm(frame))
 
 
+_ENDS = ("start", "goal", "ends")
+
+
 def _rotate(case: _Asked, frame: F.Rotate) -> Check:
+    if case.has(F.Resize, F.Curve, F.Trim) or any(f.what in _ENDS for f in case.beside(frame, F.Keep)):
+        return P.not_(P.same_path())
     angle = 45.0 if frame.angle is None else frame.angle.value * {"turns": 360.0}.get(frame.angle.unit, 1.0)
     where = case.calm(frame)
     ways = [-angle] if frame.sense == "cw" else [angle] if frame.sense else [angle, -angle]
@@ -472,7 +488,7 @@ def _tilt(case: _Asked, frame: F.Tilt) -> Check:
 def _resize(case: _Asked, frame: F.Resize) -> Check:
     plain = F.canonical(frame)
     assert isinstance(plain, F.Resize)
-    if any(f.what in ("start", "goal", "ends") for f in case.beside(frame, F.Keep)):
+    if any(f.what in _ENDS for f in case.beside(frame, F.Keep)):
         return P.not_(P.same_path())
     usual = {"slight": 1.2, "large": 2.0}.get(frame.degree or "", 1.5)
     factor = plain.by.value if plain.by else 1 / usual if frame.change == "smaller" else usual
@@ -499,12 +515,13 @@ def _bound(case: _Asked, frame: F.Bound) -> Check:
 def _trim(case: _Asked, frame: F.Trim) -> Check | None:
     if case.has(F.Extend, F.Return):
         return None
-    if not case.alone(frame) or case.has(F.Resample, F.Wait, F.StopAt):
-        return P.not_(P.extended())
     n, q = len(case.trajectory), frame.amount
+    unit: Any = {"m": "m", "s": "s", "%": "share", "x": "share"}.get(q.unit if q else "", "waypoints")
+    count = int(PathPart(frame.cut, amount=q.value, unit=unit).mask(case.trajectory, case.scene).sum()) if q else 0
+    if not case.alone(frame) or case.has(F.Resample, F.Wait, F.StopAt):
+        recounted = q is None or case.beside(frame, *RECOUNTED, F.Wait, F.StopAt)
+        return P.not_(P.extended()) if recounted else asked.counted(n - count)
     if q is not None:
-        unit: Any = {"m": "m", "s": "s", "%": "share", "x": "share"}.get(q.unit, "waypoints")
-        count = int(PathPart(frame.cut, amount=q.value, unit=unit).mask(case.trajectory, case.scene).sum())
         return asked.trimmed(count if frame.cut == "first" else 0, count if frame.cut == "last" else 0)
     nearest = _nearest(case, frame.place)
     return asked.trimmed(nearest, 0) if frame.cut == "before" else asked.trimmed(0, n - 1 - nearest)

@@ -346,12 +346,15 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
     amounts: dict[str, Quantity] = {}
     objects: dict[str, tuple[str, ...]] = {}
     needed = _needed(action, labels)
+    taken: dict[str, set[int]] = {"objects": set(), "places": set()}
     for pointer in _pointers(action, labels):
-        mention, likely = _pointed(output, pointer, q, pointer in needed)
+        others = taken.get(pointer[:-1], set())
+        mention, likely = _pointed(output, pointer, q, pointer in needed, others)
         likelihoods.append(likely)
         if mention < 0:
             continue
         used.add(mention)
+        others.add(mention)
         found = seen.mentions[mention]
         if pointer in AMOUNTS:
             amounts[pointer] = quantity_of(found)
@@ -405,11 +408,12 @@ def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def _pointed(output: Output, pointer: str, q: int, needed: bool) -> tuple[int, float]:
-    """The likeliest mention of a pointer, or -1; of a needed one never -1 while there is any."""
-    shares = output.pointers[pointer][q]
-    best = 1 + int(np.argmax(shares[1:])) if needed and len(shares) > 1 else int(np.argmax(shares))
-    return (output.candidates[pointer][best - 1] if best else -1), float(shares[best])
+def _pointed(output: Output, pointer: str, q: int, needed: bool, others: Collection[int]) -> tuple[int, float]:
+    """The likeliest mention of a pointer but for some, or -1; of a needed one never -1 while there is any."""
+    shares, mentions = output.pointers[pointer][q], (-1, *output.candidates[pointer])
+    open_ = [i for i, mention in enumerate(mentions) if mention not in others and (i or not needed)] or [0]
+    best = max(open_, key=lambda i: float(shares[i]))
+    return mentions[best], float(shares[best])
 
 
 def quantity_of(mention: Referent) -> Quantity:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
-from ovita.instruct.lexicon import nice
+from ovita.instruct.degrees import nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
@@ -240,7 +240,7 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
 
 
 def side(builder: PolicyBuilder, frame: F.Side) -> None:
-    """Pass objects on one side; stay there where the ends do."""
+    """Pass objects on one side; stay there where the ends do, unless another request leads the path elsewhere."""
     word = builder.word(frame.direction)
     axis = builder.axis(word)
     where, part = builder.part(frame.part)
@@ -250,7 +250,9 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         builder.assume(f"the distance kept {words} is {gap:g} m")
         reach = (builder.positions - item.position) @ axis
         name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
-        if not (where or frame.along or min(reach[0], reach[-1]) >= half + gap):
+        compliant = min(reach[0], reach[-1]) >= half + gap
+        stays = compliant and (builder.moving <= 1 or builder.has(F.Clearance))
+        if not (where or frame.along or stays):
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
             _through(builder, ref, plan, f", {word}={_beyond(name, half)}{_level(builder, item, word)}")
             continue

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import permutations
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, direction_word
+from ovita.instruct.builder import PolicyBuilder, direction_word, mask_code
 from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import show
@@ -80,7 +80,7 @@ def realise(
         builder.ask(question)
     if 0 < len(keeps) == len(frames):
         builder.ask("All of that is to stay as it is: what should change?")
-    for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1])):
+    for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1], builder)):
         builder.frame = number
         STEPS[type(frame)](builder, _sparing(frame, keeps))
         if builder.question:
@@ -93,8 +93,11 @@ def realise(
     return builder
 
 
-def _rank(frame: F.SemanticFrame) -> int:
-    """When a frame's turn comes."""
+def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
+    """When a frame's turn comes; "slower at the end" is about the end of a path that was cut short."""
+    at_the_end = frame.part.kind == "last" and (frame.part.amount is None or frame.part.unit == "share")
+    if isinstance(frame, F.Pace) and frame.change != "set" and at_the_end and builder.has(F.StopAt, F.Trim):
+        return len(ORDER)
     if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
         return RANK["bound"]
     return RANK[name_of(frame)]
@@ -129,7 +132,7 @@ def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
     builder.frame = len(builder.frames)
     rows, given = builder.rows(), builder.trajectory.to_array()
     blended = all(isinstance(frame, BLENDED) for frame in builder.frames)
-    masks = [] if blended else [builder.part(part)[0] for part in _kept_parts(keeps)]
+    masks = [] if blended else [mask_code(builder, part, "original") for part in _kept_parts(keeps)]
     still = builder.kept - ({"goal"} if builder.goal_moved else set())
     for end, row, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
         if end in still and abs(rows[row, :3] - given[row, :3]).max() > 1e-6:
