@@ -610,7 +610,8 @@ def _quantity(words: Sequence[str], i: int, length: int) -> Made:
     if amount is None or amount.used < length or pronoun:
         return None
     own = amount.used > 1 or not amount.unit  # not where the unit was said before
-    said = "".join(words[i : i + amount.used]) if own and is_digits(words[i]) else ""
+    mixed = is_digits("".join(words[i + 1 : i + 2]))  # "2 1/2"
+    said = "".join(words[i : i + amount.used]) if own and is_digits(words[i]) and not mixed else ""
     return _of(UNIT_KIND[amount.unit], q=Quantity(amount.value, amount.unit, "by", said)), amount.used
 
 

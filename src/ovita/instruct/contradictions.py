@@ -188,10 +188,10 @@ def _number_left(it: Facts) -> str:
 
 
 def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
-    """What a number may come to with the words behind it: "a metre and a half", "three-quarter", "seven tenths"."""
+    """What a number may come to with the words behind it: "three-quarter", "seven tenths"."""
     words = " ".join(chunk.text.lower() for chunk in behind).replace("-", " ").split()
     share = FRACTIONS.get(words[0], FRACTIONS.get(words[0].removesuffix("s"), 1.0)) if words else 1.0
-    return value, value * (1.5 if words[:3] == ["and", "a", "half"] else share)
+    return value, value * share
 
 
 def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
@@ -335,7 +335,20 @@ def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
     return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
-NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _pointed, _without_unit)
+def _aside(it: Facts) -> str:
+    """A shift to a side that is not named, read as a least height: "nudge it over 6 mm"."""
+    row = [chunk for chunk in it.said if chunk.kind not in ("approx", "whole") and chunk.text.lower() not in OWN_NAMES]
+    for verb, over, amount in zip(row, row[1:], row[2:], strict=False):
+        shifts = over.kind == "over" and amount.q is not None and verb.text.lower() in SHIFTING
+        if shifts and any(isinstance(frame, F.Height) for frame in it.frames):
+            return f"{verb.text!r} over names no side."
+    return ""
+
+
+SHIFTING = frozenset("nudge budge shift scoot bump move come push slide shove bring".split())
+"""Verbs that move something to a side."""
+
+NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _pointed, _without_unit, _aside)
 """What is never done at once, however likely its reading is."""
 
 

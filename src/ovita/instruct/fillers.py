@@ -18,7 +18,7 @@ DIRECTIONS = {"left": "left", "right": "right", "front": "front", "back": "back"
               "raise": "up", "lower": "down", "drop": "down"}  # fmt: skip
 
 FREE = frozenset(
-    """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on because
+    """comma dot and so where only whole path to of with for as at by on in from than around over approx then_on onward because
     correct too toward side more filler bare within off here inc near along min max between""".split()
 )
 """Classes that may be left over: they shape what stands beside them."""

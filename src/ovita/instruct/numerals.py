@@ -120,7 +120,25 @@ def written_out(text: str) -> str:
 
 
 def amount_at(words: Sequence[str], i: int) -> Amount | None:
-    """The amount that begins at word i ("20 cm", "thirty five percent", "half a metre", "a couple of seconds")."""
+    """The amount that begins at word i: "20 cm", "thirty five percent", "half a metre", "a metre and a half"."""
+    amount, unit = _stated(words, i), unit_at(words, i)
+    if amount is None and unit[0] in ("m", "s") and and_a_half(words, i + unit[2]):
+        amount = Amount(unit[1], unit[0], unit[2])
+    if amount is None or amount.unit not in ("m", "s") or not (words[i] in ONE or unit[2]):
+        return amount
+    half = and_a_half(words, i + amount.used)
+    if half:
+        return Amount(1.5 * amount.value, amount.unit, amount.used + half)
+    cents = _centimetres_behind(words, i + amount.used - 1, 1) if amount.value == 1.0 else None
+    return amount if cents is None else Amount(1.0 + cents[0], "m", amount.used + cents[1])
+
+
+ONE = frozenset(("a", "an", "one", "1"))
+"""What one of a unit is said by."""
+
+
+def _stated(words: Sequence[str], i: int) -> Amount | None:
+    """A number with its unit, or one of a unit."""
     if words[i] in ("factor", "times"):
         at = i + 1 + (words[i + 1 : i + 2] == ["of"])
         times = _plain(words, at) if at < len(words) else None
@@ -218,13 +236,15 @@ def _unit_before(words: Sequence[str], i: int, behind: int) -> tuple[str, float]
 
 def _fraction_behind(words: Sequence[str], i: int, used: int) -> tuple[float, int] | None:
     """The "quarters of" in "three quarters of a metre"."""
-    if i + used + 2 >= len(words) or words[i] not in NUMBER_WORDS:
+    at = i + used + (words[i + used : i + used + 1] == ["-"])
+    if at + 2 >= len(words) or words[i] not in NUMBER_WORDS:
         return None
-    share = next((FRACTIONS[f] for f in stems(words[i + used]) if f in FRACTIONS), None)
-    skipped = 1 + (words[i + used + 1] == "of") + (words[i + used + 2] in ("a", "an"))
-    if share is None or unit_at(words, i + used + skipped)[0] != "m":
+    share = next((FRACTIONS[f] for f in stems(words[at]) if f in FRACTIONS), None)
+    behind = at + 1 + (words[at + 1] == "of")
+    behind += words[behind] in ("a", "an")
+    if share is None or unit_at(words, behind)[0] != "m":
         return None
-    return share, skipped
+    return share, behind - i - used
 
 
 def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
@@ -240,16 +260,16 @@ def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
 
 def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
     """A number without its unit, and how many words it takes."""
-    word, behind = words[i], list(words[i + 1 : i + 3])
+    word, behind = words[i], list(words[i + 1 : i + 4])
     if is_digits(word):
         return _in_digits(word, behind)
-    if word in ("a", "the") and behind == ["couple", "of"]:
+    if word in ("a", "the") and behind[:2] == ["couple", "of"]:
         return 2.0, 3
     if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
         return NUMBER_WORDS[behind[0]], 2
-    if word == "half" and "dozen" in behind and behind[0] in ("a", "dozen"):
+    if word == "half" and "dozen" in behind[:2] and behind[0] in ("a", "dozen"):
         return 6.0, 2 + behind.index("dozen")
-    if word == "point" and behind and behind[0] in NUMBER_WORDS:
+    if word == "point" and behind and behind[0] in NUMBER_WORDS and words[max(i - 1, 0)] not in POINTS:
         decimals, used = _decimals(words, i + 1)
         a_waypoint = (
             NUMBER_WORDS[behind[0]] > 9.0 and words[i - 1 : i] and words[i - 1] in ("at", "from", "to", "until")
@@ -259,12 +279,19 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
 
 
 def _in_digits(word: str, behind: Sequence[str]) -> tuple[float, int]:
-    """A number in digits, or the first of two as in "3/4"."""
+    """A number in digits, also the first of two or three as in "3/4" and "2 1/2"."""
     thousands = re.fullmatch(r"[1-9]\d*,\d{3}", word)
     value = float(word.replace(",", "" if thousands else "."))
-    if len(behind) == 2 and behind[0] == "/" and is_digits(behind[1]) and float(behind[1]) > 0:
-        return value / float(behind[1]), 3
+    match behind:
+        case ["/", below, *_] if is_digits(below) and float(below) > 0:
+            return value / float(below), 3
+        case [above, "/", below] if above.isdigit() and below.isdigit() and 0 < int(above) < int(below):
+            return value + int(above) / int(below), 4
     return value, 1
+
+
+POINTS = frozenset("end start starting goal drop way touchdown landing set target pick final turning".split())
+"""Words of which a "point" behind them is one: "the end point two inches lower"."""
 
 
 def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:

@@ -225,7 +225,7 @@ def judged(
     """
     if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
-    found = Readings(said, _all_or_nothing(rules, learned), learned, weighed)
+    found = Readings(said, _all_or_nothing(said, rules, learned), learned, weighed)
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
@@ -248,10 +248,11 @@ def _bounds(reading: F.Reading) -> bool:
     return any(q.role in BOUNDS for frame in reading.frames for q in frame.quantities.values())
 
 
-def _all_or_nothing(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
-    """What counts of the rules' reading: what they read in part is the network's, but for feedback."""
-    partial = rules.unread and not rules.edits
-    return replace(rules, frames=()) if partial and _reads(learned) else rules
+def _all_or_nothing(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None) -> F.Reading:
+    """What counts of the rules' reading: all of it or nothing, but for feedback, and where there is no network."""
+    if learned is None or rules.edits or (not rules.unread and (_reads(learned) or _whole(said, rules))):
+        return rules
+    return replace(rules, frames=())
 
 
 def _unplaced(said: Sequence[Chunk], rules: F.Reading) -> tuple[str, ...]:

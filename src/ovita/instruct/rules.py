@@ -394,9 +394,14 @@ STATED = frozenset(
 
 def _tells(piece: Stretch) -> bool:
     """Whether a piece says how something is, and not that it is too much: "you're crowding her, give her room"."""
-    return piece.first in STATED and all(
-        c.kind not in QUANTITIES | PLACING and c.value != "flipped" for c in piece.items
-    )
+    ending = {"it": "s", "this": "s"}.get(piece.first, "ing" if piece.first in STATED else "")
+    complains = ending and any(c.kind in SUFFERED and c.text.lower().endswith(ending) for c in piece.items)
+    plain = all(c.kind not in QUANTITIES | PLACING and c.value != "flipped" for c in piece.items)
+    return bool(complains) or (piece.first in STATED and plain)
+
+
+SUFFERED = frozenset("faster slower closer shake wave".split())
+"""Classes of verbs that say what is wrong where somebody says it of the path: "you're dawdling", "it hugs the wall"."""
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -485,7 +490,7 @@ def _after(
             frame = shared(made, frame)
         if "it" in clause.words:
             frame = of_the_end(made[-1], frame)
-    then = not frame.part and not clause.words.isdisjoint(THEN)
+    then = not frame.part and (not clause.words.isdisjoint(THEN) or any(c.kind == "onward" for c in clause.items))
     return afterwards(made[-1], frame) if then else frame
 
 

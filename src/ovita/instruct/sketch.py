@@ -224,8 +224,6 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
         return None, 1
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
-    if amount.unit in ("m", "s") and words[i] in ("a", "an", "one") and and_a_half(words, i + used):
-        value, used = value * 1.5, used + and_a_half(words, i + used)
     if amount.unit:
         return Referent(None, value=value, unit=amount.unit, number=number), used
     ranged = _range(words, i + used, value, _before(words, i))

@@ -54,12 +54,14 @@ THEN = frozenset("then after afterwards thereafter that afterward next onwards".
 
 
 def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
-    """After a wait at an object, what comes then begins there."""
+    """What comes then: after the object that the path passes or waits at, or the part of the path that is named."""
     if not isinstance(frame, F.Pace | F.Shift):
         return frame
-    if last.part.kind == "before":
-        return replace(frame, part=replace(last.part, kind="after"))  # "faster until the cup, then slower"
-    at = last.place if isinstance(last, F.Wait) else last.objects[0] if isinstance(last, F.Hover) else ""
+    if last.part.kind == "first":
+        return replace(frame, part=outside(last.part))
+    passed = isinstance(last, F.Wait | F.Hover | F.Hop | F.Visit | F.Side | F.Figure)
+    places = last.part.places if last.part.kind in ("before", "near", "between") else last.named if passed else ()
+    at = places[-1] if places else ""
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
@@ -126,8 +128,17 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
             return [F.Pace(change="constant", part=kept.part, words=kept.words)]  # to ask for nothing else
         case [F.Clearance(distance=distance) as clear] if distance == CLEAR:
             return [F.Approach(sense="farther", objects=clear.objects, words=clear.words)]
-    once = list(dict.fromkeys(made))
+    once = [_contrasted(frame, made) for frame in dict.fromkeys(made)]
     return [frame for frame in once if not any(_covers(other, frame) for other in once)]
+
+
+def _contrasted(frame: F.SemanticFrame, made: Sequence[F.SemanticFrame]) -> F.SemanticFrame:
+    """Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp"."""
+    paces = [f for f in made if isinstance(f, F.Pace) and f.change in ("faster", "slower")]
+    match [f for f in paces if f != frame]:
+        case [F.Pace(change=change, part=part)] if frame in paces and part and not frame.part:
+            return frame if change == getattr(frame, "change", "") else replace(frame, part=outside(part))
+    return frame
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
