@@ -6,11 +6,12 @@ import time
 import numpy as np
 import pytest
 
-from ovita.instruct.chunks import close, cut, distance, respelt
+from ovita.instruct.chunks import cut
 from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.objects import Catalog
 from ovita.instruct.rules import read
+from ovita.instruct.spelling import close, distance, respelt
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse as parse_policy

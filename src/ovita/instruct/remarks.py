@@ -9,12 +9,13 @@ from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import cut, respelt
+from ovita.instruct.chunks import cut
 from ovita.instruct.editing import directions_of, is_called
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, FEEDBACK, concept_at, concepts, filler, stems
-from ovita.instruct.numerals import amount_at, and_a_half, is_digits
+from ovita.instruct.numerals import amount_at, is_digits
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
+from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.units import symbol
@@ -265,8 +266,6 @@ def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
     if amount is None or (amount.used == 1 and words[i] == "one" and not _counts(words[i + 1 : i + 2])):
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
-    halved = and_a_half(words, i + used) if unit and words[i] in ("a", "an") else 0
-    value, used = value * (1.5 if halved else 1.0), used + halved
     said = words[i : i + used]
     plain = is_digits(words[i]) and "/" not in said and used <= 2
     factor = "x" in (*words[max(i - 1, 0) : i], *words[i + used : i + used + 1])

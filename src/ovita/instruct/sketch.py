@@ -10,12 +10,12 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.chunks import respelt
 from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
 from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, unit_at
 from ovita.instruct.objects import WORD, Catalog
+from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 

@@ -14,11 +14,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from ovita.errors import RequestError
-from ovita.instruct.chunks import respelt
 from ovita.instruct.encoder import network
 from ovita.instruct.lexicon import concepts, terms
 from ovita.instruct.numerals import Amount, amount_at, unit_at
 from ovita.instruct.objects import WORD, Catalog, Mention, singular
+from ovita.instruct.spelling import respelt
 from ovita.limits.path import bounds, flatten, keep_out
 from ovita.limits.problem import TOLERANCE, Obstacle, from_object, is_support, obstacles_of
 from ovita.paths.robot import Box, Robot
