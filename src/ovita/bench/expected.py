@@ -72,9 +72,9 @@ class _Asked:
     def where(self, frame: F.SemanticFrame) -> PathPart | None:
         """The part that a frame is about, without what is to stay as it is."""
         kept = [f.part for f in self.frames if isinstance(f, F.Keep) and f.what == "part" and f is not frame]
-        stops = [f.place for f in self.frames if isinstance(f, F.StopAt) and f.place]
+        stops = [f for f in self.frames if isinstance(f, F.StopAt) and f.place]
         if isinstance(frame, F.Pace) and frame.part.kind == "last" and stops:
-            end = _nearest(self, stops[0]) / (len(self.trajectory) - 1)
+            end = _stops_at(self, stops[0]) / (len(self.trajectory) - 1)
             return PathPart("range", amount=0.75 * end, until=end, unit="share")
         return self.part(_shared(frame.part, *(outside(part) for part in kept if part != frame.part)))
 
@@ -508,7 +508,8 @@ def _height(case: _Asked, frame: F.Height) -> Check:
 def _bound(case: _Asked, frame: F.Bound) -> Check:
     of, where = _place(frame.of, case) if frame.of else None, case.where(frame)
     limits = [(case.word(said), case.metres(q) or 0.0) for said, q in frame.offset]
-    return P.all_of(*(asked.within_bound(word, limit, of=of, where=where, otherwise=case.alone(frame))
+    otherwise = case.alone(frame) and len(limits) == 1
+    return P.all_of(*(asked.within_bound(word, limit, of=of, where=where, otherwise=otherwise)
                       for word, limit in limits))  # fmt: skip
 
 
@@ -537,6 +538,14 @@ def _nearest(case: _Asked, place: F.Place) -> int:
     elif isinstance(centre, str):
         centre = {"start": path[0], "goal": path[-1]}[centre]
     return int(np.argmin(np.linalg.norm(path - np.asarray(centre), axis=1)))
+
+
+def _stops_at(case: _Asked, frame: F.StopAt) -> int:
+    """The waypoint at which a path ends that stops at a place, or so far before an object."""
+    if frame.by is None or not isinstance(frame.place, str) or frame.place not in case.scene:
+        return _nearest(case, frame.place)
+    near = case.scene[frame.place].distance(case.trajectory.positions) <= frame.by.value
+    return int(np.argmax(near)) if near.any() else _nearest(case, frame.place)
 
 
 def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:

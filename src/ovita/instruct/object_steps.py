@@ -245,13 +245,13 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
     axis = builder.axis(word)
     where, part = builder.part(frame.part)
     for item in map(builder.scene.__getitem__, frame.objects):
-        half, gap, ref = extent(item, axis), max(builder.scale.step("slight"), builder.room(item)), builder.ref(item)
+        half, ref = extent(item, axis), builder.ref(item)
+        gap = max(builder.scale.step("slight"), builder.room(item), *_kept_from(builder, item))
         words = f"{OF[word]} {item.name}"
         builder.assume(f"the distance kept {words} is {gap:g} m")
         reach = (builder.positions - item.position) @ axis
         name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
-        compliant = min(reach[0], reach[-1]) >= half + gap
-        stays = compliant and (builder.moving <= 1 or builder.has(F.Clearance))
+        stays = min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
         if not (where or frame.along or stays):
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
             _through(builder, ref, plan, f", {word}={_beyond(name, half)}{_level(builder, item, word)}")
@@ -262,6 +262,12 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
             holds=not where and bool((reach >= half + gap).all()),
         )
+
+
+def _kept_from(builder: PolicyBuilder, item: SceneObject) -> list[float]:
+    """What other requests keep from an object, and as much again by a quarter for the bend around it [m]."""
+    clear = [f for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
+    return [nice(1.25 * f.distance.value) for f in clear if f.distance.role != "at_most"]
 
 
 def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:

@@ -23,7 +23,7 @@ STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height"),
-    *("side", "closer farther", "clearance", "via hop", "bound", "end", "zigzag wave shake", "pace"),
+    *("side", "closer farther", "clearance", "via hop", "bound", "end", "zigzag wave shake", "pace", "cap floor"),
     *("extend return circle eight spiral hover wait stop", "trim waypoints"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
@@ -98,6 +98,8 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
     at_the_end = frame.part.kind == "last" and (frame.part.amount is None or frame.part.unit == "share")
     if isinstance(frame, F.Pace) and frame.change != "set" and at_the_end and builder.has(F.StopAt, F.Trim):
         return len(ORDER)
+    if isinstance(frame, F.Pace) and frame.change in RANK:
+        return RANK[frame.change]  # what another pace leaves beside a part holds, too
     if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
         return RANK["bound"]
     return RANK[name_of(frame)]
