@@ -249,10 +249,15 @@ def _bounds(reading: F.Reading) -> bool:
 
 
 def _all_or_nothing(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None) -> F.Reading:
-    """What counts of the rules' reading: all of it or nothing, but for feedback, and where there is no network."""
-    if learned is None or rules.edits or (not rules.unread and (_reads(learned) or _whole(said, rules))):
+    """What counts of the rules' reading: all or nothing, but for feedback, and where the network has nothing to say."""
+    if learned is None or rules.edits or (not _reads(learned) and learned.confidence < EVEN):
         return rules
-    return replace(rules, frames=())
+    counts = not rules.unread and (_reads(learned) or _whole(said, rules))
+    return rules if counts else replace(rules, frames=())
+
+
+EVEN = 0.5
+"""How sure the network has to be that nothing can be done, for a part that the rules read not to be shown."""
 
 
 def _unplaced(said: Sequence[Chunk], rules: F.Reading) -> tuple[str, ...]:

@@ -23,10 +23,10 @@ from ovita.instruct.numerals import bare_unit
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
 from ovita.instruct.table import ROWS, Match, frame_of, match
 from ovita.instruct.together import (
-    THEN,
     added,
     afterwards,
     aimed,
+    goes_on,
     improper,
     of_the_end,
     placed,
@@ -490,7 +490,7 @@ def _after(
             frame = shared(made, frame)
         if "it" in clause.words:
             frame = of_the_end(made[-1], frame)
-    then = not frame.part and (not clause.words.isdisjoint(THEN) or any(c.kind == "onward" for c in clause.items))
+    then = not frame.part and (goes_on(clause.words) or any(c.kind == "onward" for c in clause.items))
     return afterwards(made[-1], frame) if then else frame
 
 

@@ -49,8 +49,13 @@ def of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     return frame
 
 
-THEN = frozenset("then after afterwards thereafter that afterward next onwards".split())
-"""Words of a clause that goes on from where the one before it waits."""
+THEN = frozenset("then afterwards thereafter afterward next onwards".split())
+"""Words of a clause that goes on from where the one before it was."""
+
+
+def goes_on(words: Container[str]) -> bool:
+    """Whether a clause with some words goes on from where the one before it was."""
+    return any(word in words for word in THEN) or ("after" in words and "that" in words)
 
 
 def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
