@@ -139,6 +139,30 @@ def test_what_is_to_stay_stays():
     assert np.allclose(rows[[0, -1]], PATH.to_array()[[0, -1]])
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "side cup right; side box left",
+        "side box left; clearance box at_least=15cm",
+        "side cup right; closer box",
+        "stop at=box; pace slower @last",
+        "stop at=box by=10cm; pace slower @last",
+        "pace at_most=0.25m/s @before=box; pace faster by=40% @after=box",
+        "spiral at=goal turns=2 rise=30cm; keep @first",
+        "trim last=5wp; pace slower @last",
+    ],
+)
+def test_wishes_that_touch_each_other_all_keep_their_promise(text):
+    assert not done(text)[2]
+
+
+def test_slower_at_the_end_is_about_the_path_that_is_left():
+    stopped, slower = (done(text)[1] for text in ("stop at=box", "stop at=box; pace slower @last"))
+    assert len(stopped) == len(slower) < len(PATH)
+    assert slower[-4, 3] < 0.6 * stopped[-4, 3]
+    assert np.allclose(slower[: len(slower) // 2], stopped[: len(slower) // 2])
+
+
 def test_parameters_know_their_slot():
     d, _, _ = done("closer cup by=5cm; pace slower by=30% @near=box; move y=10cm")
     slots = {p.slot: (p.value, p.role) for p in d.parameters.values()}

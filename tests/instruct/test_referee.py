@@ -271,3 +271,27 @@ def test_read_needs_no_trajectory(tmp_path):
 def test_a_multiple_of_the_speed_is_never_read_as_the_opposite():
     (frame,) = understand("speed x0.5", SCENE).reading.frames
     assert frame.factor == 0.5
+
+
+def test_a_part_of_the_words_is_not_shown_where_the_network_is_sure_that_nothing_can_be_done():
+    part = reading("move left", unread=("dog",))
+    refusal = Reading(improper="the scene has no such object", confidence=0.9)
+    found = verdict("go around the dog on the left", part, refusal)
+    assert (found.outcome, found.reading.improper) == ("decline", refusal.improper)
+    doubted = F.Reading(improper=refusal.improper, confidence=0.3)
+    assert verdict("go around the dog on the left", part, doubted).reading.frames == part.frames
+
+
+@pytest.mark.parametrize("text", ["nudge everything over 6 mm", "scoot it over like 20 cm"])
+def test_over_without_a_side_is_no_least_height(text):
+    assert understand(text, SCENE).outcome != "do"
+
+
+@pytest.mark.parametrize("text", ["you're dawdling near the cup", "it hugs the box, I want another 4 inches"])
+def test_the_rules_leave_it_to_the_network_what_a_complaint_asks_for(text):
+    assert read(text, SCENE).unread
+
+
+def test_two_places_of_one_part_are_two_objects():
+    (frame,) = understand("crawl between the cup and the box", SCENE).learned.frames
+    assert set(frame.part.places) == {"cup", "box"}

@@ -254,7 +254,10 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         stays = min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
         if not (where or frame.along or stays):
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
-            _through(builder, ref, plan, f", {word}={_beyond(name, half)}{_level(builder, item, word)}")
+            place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
+            room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
+            within = max(builder.tolerance, room)
+            _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})")
             continue
         builder.add(
             f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
