@@ -15,13 +15,14 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, REFUSED, UNKNOWN, clauses, contradictions, opposed
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
 from ovita.instruct.numerals import written_out
 from ovita.instruct.patterns import FRACTION
+from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import spread, with_units
@@ -61,6 +62,9 @@ WHOLE_READ = 0.65
 
 AGAINST_WHOLE = 0.93
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
+
+CERTAIN = 0.95
+"""How likely a reading has to be for words that it leaves not to matter, however few there are."""
 
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""
@@ -238,7 +242,7 @@ def judged(
     doubts = contradictions(said, _frames(reading))
     if contradictions(said, (*rules.frames, *_frames(reading)), REFUSED):
         outcome = "decline"  # the opposite of what is said is not even shown
-    elif outcome == "do" and (_shown_first(said, reading, left) or _taken_back(said, [*left, *unplaced])):
+    elif outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
         outcome = "needs_confirmation"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
 
@@ -353,19 +357,29 @@ def likelihood(found: Mapping[str, float]) -> float:
     return 1.0 / (1.0 + math.exp(-sum(POINTS[name] * value for name, value in found.items())))
 
 
-def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str]) -> bool:
-    """Whether a reading is never done at once: for what the words hold, or for a word that is left of few."""
-    if left and len(said) <= CURT:
+def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str], certain: bool) -> bool:
+    """Whether a likely reading is not done at once: for what the words hold, or for words that are left."""
+    if _taken_back(said, left, certain) or (len(said) <= CURT and _matters(said, left, certain)):
         return True
     return bool(contradictions(said, _frames(reading), CHECKS if len(said) <= DOUBTED else NEVER))
 
 
-def _taken_back(said: Sequence[Chunk], unread: Sequence[str]) -> bool:
-    """Whether a clause denies what another one asks for: "stop there, no, don't stop"."""
+def _taken_back(said: Sequence[Chunk], unread: Sequence[str], certain: bool) -> bool:
+    """Whether a clause denies what another one asks for: "stop there, no, don't stop"; an object only where unsure."""
     row = clauses(said)
     denied = [c for c in row if any(chunk.kind == "never" and chunk.text in unread for chunk in c)]
     kinds = [{chunk.kind for clause in row if (clause in denied) is no for chunk in clause} for no in (True, False)]
-    return bool((kinds[0] & kinds[1]) - UNKNOWN - {"never"})
+    both = (kinds[0] & kinds[1]) - UNKNOWN - {"never"}
+    return bool(both & DOING if certain else both)
+
+
+def _matters(said: Sequence[Chunk], left: Sequence[str], certain: bool) -> bool:
+    """Whether words that are left of few may ask for something: known words, or a clause of which nothing is read."""
+    if not certain:
+        return bool(left)
+    strange = [[chunk.text in left for chunk in clause if chunk.kind not in PAUSES] for clause in clauses(said)]
+    known = any(chunk.text in left and chunk.kind not in UNKNOWN | {"never"} for chunk in said)
+    return known or any(clause and all(clause) for clause in strange)
 
 
 def _plain(said: Sequence[Chunk]) -> bool:
