@@ -405,7 +405,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:over !slight|large", "over obj !slight|large"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther distance gap", 0.1, takes_part=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, takes_part=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
-        {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around left right near touch path whole", 0.15, takes_part=False),
+        {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around near touch path whole", 0.15, takes_part=False),
     # speed
     Row(F.Pace, ("faster", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("inc|raise|up speed",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
