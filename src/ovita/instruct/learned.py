@@ -109,9 +109,9 @@ QUESTIONS = {
 }
 IMPROPER = {
     "unrelated": "this is not about the path",
-    "object": "the scene has no such object",
+    "object": "this names an object that the scene does not have",
     "contradiction": "this contradicts itself",
-    "nonsense": "this makes no sense as a request",
+    "nonsense": "nothing in this says how the path should change",
 }
 
 FEATURES = ("likelihood", "weakest", "certainty", "words left", "refused", "misread")

@@ -223,7 +223,8 @@ def _decided(request: Request, effort: int) -> Reply:
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
-        return _declined(verdict.unused or (request.instruction,))
+        refused = verdict.reading.improper if verdict.by == "learned" else ""
+        return _declined(verdict.unused or (request.instruction,), refused)
     if reply.kind != "policy":
         return reply
     if verdict.outcome == "do":
@@ -257,8 +258,9 @@ FEW = 3
 """Up to so many words that nothing was read from are named in a question."""
 
 
-def _declined(unplaced: tuple[str, ...]) -> Reply:
-    return Reply("not_understood", unplaced=unplaced, writer=WriterInfo("builtin"))
+def _declined(unplaced: tuple[str, ...], why: str = "") -> Reply:
+    doubts = (f"{why}; the trajectory is unchanged",) if why else ()
+    return Reply("not_understood", unplaced=unplaced, doubts=doubts, writer=WriterInfo("builtin"))
 
 
 def reply_for(
