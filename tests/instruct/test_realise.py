@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ovita.instruct.frames import Quantity, Trim
 from ovita.instruct.notation import parse
 from ovita.instruct.realise import realise
 from ovita.paths.scene import Scene, SceneObject
@@ -161,6 +162,11 @@ def test_slower_at_the_end_is_about_the_path_that_is_left():
     assert len(stopped) == len(slower) < len(PATH)
     assert slower[-4, 3] < 0.6 * stopped[-4, 3]
     assert np.allclose(slower[: len(slower) // 2], stopped[: len(slower) // 2])
+
+
+def test_a_cut_before_or_after_so_much_is_asked_about():
+    frame = Trim(cut="after", amount=Quantity(5.0, "waypoints"))
+    assert "How much should be cut off at the end?" in realise((frame,), PATH, SCENE).question
 
 
 def test_parameters_know_their_slot():

@@ -91,7 +91,7 @@ def _commands(said: Remark) -> Iterator[Candidate]:
     if explain := said.cued("explain"):
         yield Candidate((E.Command(command="explain"),), (*explain, *_clauses_of(said, explain)))
     if accept := said.cued("accept"):
-        yield Candidate((E.Command(command="accept"),), (*accept, *said.cued("enough", "again")))
+        yield Candidate((E.Command(command="accept"),), (*accept, *said.cued("enough")))
 
 
 def _clauses_of(said: Remark, pieces: Sequence[Phrase]) -> list[Phrase]:

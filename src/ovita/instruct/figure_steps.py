@@ -322,7 +322,7 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
 def _cut(builder: PolicyBuilder, frame: F.Trim) -> PathPart | None:
     """The part of the path to cut off, without the waypoint at the place that it is told by; None if none is."""
     units: dict[str, Unit] = {"m": "m", "s": "s", "%": "share", "x": "share"}
-    if frame.amount is not None:
+    if frame.amount is not None and frame.cut in ("first", "last"):
         return PathPart(frame.cut, amount=frame.amount.value, unit=units.get(frame.amount.unit, "waypoints"))
     if not isinstance(frame.place, str) or not frame.place or frame.cut not in ("before", "after"):
         return None

@@ -410,7 +410,7 @@ class Remark:
     @property
     def turning(self) -> bool:
         """Whether what was done goes round so many times."""
-        return any(isinstance(frame, F.Figure) and frame.turns for frame in self.before)
+        return any(isinstance(f, F.Figure) and (f.turns or f.shape in ("circle", "spiral")) for f in self.before)
 
     def counted(self, q: F.Quantity) -> bool:
         """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
