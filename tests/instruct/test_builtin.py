@@ -146,6 +146,7 @@ CLAUSES = [
         "keep the first third as it is, and from there on move 20 cm right",
         "keep @first=33%; move right=20cm @!first=33%",
     ),
+    ("slow down everywhere near the cup", "pace slower @near=cup"),
     ("go fast, but slowly near the cup", "pace faster @!near=cup; pace slower @near=cup"),
     ("set the pace to 0.1 m/s between the cup and the fan", "pace set to=0.1m/s @between=cup+fan"),
     ("keep 0.2 m distance from the cup while moving at 0.5 m/s", "clearance cup at_least=0.2m; pace set to=0.5m/s"),

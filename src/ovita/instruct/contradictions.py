@@ -238,8 +238,10 @@ def _two_waypoints(it: Facts) -> str:
 
 
 def _anywhere(it: Facts) -> str:
-    """All of the path is spoken of, and what is read is near something."""
-    word = next((c.text for c in it.said if c.kind == "whole" and c.text.lower() in EVERYWHERE), "")
+    """All of the path is spoken of, and what is read is near something; not in "everywhere near the cup"."""
+    pairs = zip(it.row, [*(chunk.kind for chunk in it.row[1:]), ""], strict=True)
+    words = [chunk.text for chunk, behind in pairs if chunk.kind == "whole" and behind not in PASSING]
+    word = next((word for word in words if word.lower() in EVERYWHERE), "")
     if word and [frame.part.kind for frame in it.frames] == ["near"]:
         return f"{word!r} speaks of all of the path, and it would be done in a part of it."
     return ""
@@ -365,7 +367,7 @@ def _denied(it: Facts) -> str:
 
 
 PASSING = frozenset("over under through touch to at by near stop wait hover".split())
-"""Classes of the words that may stand between a denial and its object."""
+"""Classes of words that lead to an object."""
 
 
 def _one_of_two(it: Facts) -> str:
