@@ -274,7 +274,7 @@ def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
     runs = []
     for file in files:
         with np.load(file) as saved:
-            runs.append({name: saved[name] for name in saved.files})
+            runs.append({name: saved[name] for name in saved.files if not name.startswith("calibration")})
     for run in runs[1:]:
         row = {piece: i for i, piece in enumerate(str(run["vocabulary"]).split("\n"))}
         rows = [row.get(piece, -1) for piece in str(runs[0]["vocabulary"]).split("\n")]

@@ -132,10 +132,13 @@ def _candidates(session: Session, begun: str) -> list[str]:
     return completed(begun, COMMANDS, session.scene.names, knobs)
 
 
+LEAVING = frozenset(("quit", "exit", "bye", "q"))
+
+
 def _obey(session: Session, line: str) -> bool:
     """Do one line; False ends the conversation."""
     word, _, rest = line[1:].partition(" ") if line[0] in _MARKS else ("current", "", line)
-    if word in ("quit", "exit", "q"):
+    if word in LEAVING or line.lower() in LEAVING - {"q"}:
         return False
     if word in _WORDS:
         common.say(_WORDS[word](session))

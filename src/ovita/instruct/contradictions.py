@@ -6,7 +6,7 @@ sentence, which is not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -36,18 +36,21 @@ OPPOSED = {
 }  # fmt: skip
 """What a frame may hold, and the classes of words that ask for it."""
 
+BOUNDS = ("at_least", "at_most")
+
 EXCLUDED = {
     **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
     **dict.fromkeys("down lower under closer slower smaller dec".split(), "at_least"),
 }
 """The bound that is never meant by a comparison: "higher than" is no greatest height."""
 
+DENIED = {word: BOUNDS[role == "at_least"] for word, role in EXCLUDED.items()}
+"""The same for one that is denied: "never higher than" is no least height."""
+
 UPPER = frozenset("at_most max limit vmax ceiling".split())
 LOWER = frozenset("at_least min vmin floorlimit".split())
 NOT = frozenset("never clear avoid too".split()) | UPPER
 """What may turn a comparison round: "never higher than"."""
-
-BOUNDS = ("at_least", "at_most")
 
 
 @dataclass(frozen=True)
@@ -162,11 +165,22 @@ def _unbounded(it: Facts) -> str:
 
 def _compared(it: Facts) -> str:
     """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
-    if it.kinds & NOT:
+    return "" if it.kinds & NOT else _other_bound(it, it.row, EXCLUDED)
+
+
+def _compared_in_denial(it: Facts) -> str:
+    """A bound on the other side than a denied comparison puts it: "never below 15 cm" as at most 15 cm."""
+    if it.kinds & NOT - {"never"}:
         return ""
+    denied = [clause for clause in clauses(it.row) if any(chunk.kind == "never" for chunk in clause)]
+    return next(filter(None, (_other_bound(it, clause, DENIED) for clause in denied)), "")
+
+
+def _other_bound(it: Facts, row: Sequence[Chunk], excluded: Mapping[str, str]) -> str:
+    """What is said of a number behind a word of comparison that is read as the bound that this word excludes."""
     bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
-    for word, amount in pairwise(chunk for chunk in it.row if chunk.kind != "than"):
-        wrong = [value for role, value in bounds if role == EXCLUDED.get(word.kind)]
+    for word, amount in pairwise(chunk for chunk in row if chunk.kind != "than"):
+        wrong = [value for role, value in bounds if role == excluded.get(word.kind)]
         if amount.q is not None and _among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
@@ -361,12 +375,12 @@ def _denied(it: Facts) -> str:
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
     named = [chunk.names for chunk in row]
     for no, thing in pairwise(row):
-        if no.kind == "never" and passed.intersection(thing.names) and named.count(thing.names) == 1:
+        if no.kind in ("never", "avoid") and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
     return ""
 
 
-PASSING = frozenset("over under through touch to at by near stop wait hover".split())
+PASSING = frozenset("over under through thru touch to at by near stop wait hover between gap distance".split())
 """Classes of words that lead to an object."""
 
 
@@ -376,7 +390,7 @@ def _one_of_two(it: Facts) -> str:
     return f"{it.word({'sideways'})} is both sides." if one_side and "sideways" in it.plain else ""
 
 
-REFUSED = (_denied, _one_of_two)
+REFUSED = (_denied, _one_of_two, _compared_in_denial)
 """Where what is read is the opposite of what is said, and not even shown."""
 
 CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)

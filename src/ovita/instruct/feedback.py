@@ -10,7 +10,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import amounts, numbers
 from ovita.instruct.looking_back import Retrospect, looks_back
-from ovita.instruct.remarks import Candidate, Phrase, Remark, pieces_of, steps_of
+from ovita.instruct.remarks import NOES, Candidate, Phrase, Remark, pieces_of, steps_of
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 
@@ -82,9 +82,13 @@ def _commands(said: Remark) -> Iterator[Candidate]:
     counts = [p for p in said.active if steps_of(p) or p.text == "last"]
     steps = max(map(steps_of, counts), default=0) or 1
     undo, redo = said.cued("undo"), said.cued("redo")
+    if _asks_a_fact(said):
+        yield Candidate((E.Command(command="explain"),), said.active)
+    if {p.text for p in said.active if p.number or p.text[0].isalpha()} in ({no} for no in NOES):
+        yield Candidate((E.Command(command="undo"),), said.active)
     if restart := said.cued("restart"):
         yield Candidate((E.Command(command="restart"),), (*restart, *undo))
-    if redo or (undo and not said.before):
+    if redo:
         yield Candidate((E.Command(command="redo", steps=steps),), (*redo, *undo, *counts))
     if undo:
         yield Candidate((E.Command(command="undo", steps=steps),), (*undo, *counts))
@@ -92,6 +96,17 @@ def _commands(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Command(command="explain"),), (*explain, *_clauses_of(said, explain)))
     if accept := said.cued("accept"):
         yield Candidate((E.Command(command="accept"),), (*accept, *said.cued("enough")))
+
+
+def _asks_a_fact(said: Remark) -> bool:
+    """Whether it is a question about what there is, which never changes anything: "what changed so far?"."""
+    words = [word for p in said.pieces for word in p.text.split()]
+    return words[-1:] == ["?"] and words[0] in ASKING and words[1] not in PROPOSING
+
+
+ASKING = frozenset("what how where is are was were does did do has when which who".split())
+PROPOSING = frozenset("about if you there".split())
+"""Words that begin a question of fact, and those behind them that begin a proposal: "how about", "what if"."""
 
 
 def _clauses_of(said: Remark, pieces: Sequence[Phrase]) -> list[Phrase]:

@@ -105,7 +105,23 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
     best = max(points, key=lambda who: points[who])
     reading = readings[best]
     likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
-    return None if reading is None else replace(reading, confidence=likely)
+    if reading is None:
+        return None
+    lost = best == "network" and _gives_up(reading.edits) and any(p.items or p.concept in PLACED for p in it.said.active)
+    return replace(reading, confidence=min(likely, UNSURE) if lost else likely)
+
+
+def _gives_up(edits: Sequence[E.Edit]) -> bool:
+    """Whether edits take back all that was done."""
+    back = ("undo", "restart")
+    return any(e.command in back if isinstance(e, E.Command) else isinstance(e, E.Drop) and not e.on for e in edits)
+
+
+UNSURE = 0.4
+"""How likely the network's taking back is held to be at most where an object or a place is named: "no, at the cup"."""
+
+PLACED = frozenset("start goal first last middle before after between near".split())
+"""Concepts of places on the path."""
 
 
 def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:

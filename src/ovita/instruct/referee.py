@@ -304,9 +304,10 @@ class Readings:
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
-        """The readings that say what to do; one that both agree on is the rules'."""
+        """The readings that say what to do, and not the opposite; one that both agree on is the rules'."""
         both: dict[Who, F.Reading | None] = {"rules": self.rules, "learned": None if self.agree else self.learned}
-        return {by: reading for by, reading in both.items() if reading is not None and _reads(reading)}
+        found: dict[Who, F.Reading] = {by: one for by, one in both.items() if one is not None and _reads(one)}
+        return {by: one for by, one in found.items() if not contradictions(self.said, _frames(one), REFUSED)}
 
     def likeliest(self) -> tuple[By, F.Reading, float]:
         """Whose reading is the likeliest, the reading, and how likely it is meant (0..1)."""

@@ -67,6 +67,8 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     passed = isinstance(last, F.Wait | F.Hover | F.Hop | F.Visit | F.Side | F.Figure)
     places = last.part.places if last.part.kind in ("before", "near", "between") else last.named if passed else ()
     at = places[-1] if places else ""
+    if isinstance(last, F.Wait) and last.place == "middle":
+        return replace(frame, part=PathPart("range", amount=0.5, unit="share"))
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
