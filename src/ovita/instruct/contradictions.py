@@ -361,10 +361,29 @@ def _aside(it: Facts) -> str:
     return ""
 
 
+def _up_to(it: Facts) -> str:
+    """A part of the path up to an object, read as a way beyond the goal: "follow the path until the cup"."""
+    extended = any(isinstance(frame, F.Extend) and frame.place for frame in it.frames)
+    if extended and "before" in it.kinds and it.kinds.isdisjoint(("extend", "goal", "after")):
+        return f"{it.word({'before'})} is no way beyond the goal."
+    return ""
+
+
 SHIFTING = frozenset("nudge budge shift scoot bump move come push slide shove bring".split())
 """Verbs that move something to a side."""
 
-NEVER = (_compared, _conditional, _thing_moved, _wish_left, _end_lost, _above_lost, _pointed, _without_unit, _aside)
+NEVER = (
+    _compared,
+    _conditional,
+    _thing_moved,
+    _wish_left,
+    _end_lost,
+    _above_lost,
+    _pointed,
+    _without_unit,
+    _aside,
+    _up_to,
+)
 """What is never done at once, however likely its reading is."""
 
 

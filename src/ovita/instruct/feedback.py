@@ -84,7 +84,8 @@ def _commands(said: Remark) -> Iterator[Candidate]:
     undo, redo = said.cued("undo"), said.cued("redo")
     if _asks_a_fact(said):
         yield Candidate((E.Command(command="explain"),), said.active)
-    if {p.text for p in said.active if p.number or p.text[0].isalpha()} in ({no} for no in NOES):
+    words = {word for p in said.active if p.number or p.text[0].isalpha() for word in p.text.split()}
+    if words and words <= DENYING:
         yield Candidate((E.Command(command="undo"),), said.active)
     if restart := said.cued("restart"):
         yield Candidate((E.Command(command="restart"),), (*restart, *undo))
@@ -103,6 +104,9 @@ def _asks_a_fact(said: Remark) -> bool:
     words = [word for p in said.pieces for word in p.text.split()]
     return words[-1:] == ["?"] and words[0] in ASKING and words[1] not in PROPOSING
 
+
+DENYING = frozenset((*NOES, "do", "not", "please"))
+"""All words of an utterance that only says no."""
 
 ASKING = frozenset("what how where is are was were does did do has when which who".split())
 PROPOSING = frozenset("about if you there".split())

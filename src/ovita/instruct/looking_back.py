@@ -15,7 +15,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.remarks import Candidate, Remark
+from ovita.instruct.remarks import SENSES, Candidate, Remark, heading
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
@@ -63,6 +63,11 @@ class Retrospect:
         return bool(self.fresh.frames) and not (self.fresh.unread or self.fresh.question or self.fresh.improper)
 
     @property
+    def places(self) -> bool:
+        """Whether an object or a place on the path is named."""
+        return any(p.items or p.concept in PLACED for p in self.said.active)
+
+    @property
     def recalls(self) -> bool:
         """Whether a word speaks of what was done, or it is little more than a comparative."""
         words = [word for piece in self.said.active for word in piece.text.split()]
@@ -107,8 +112,8 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
     likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
     if reading is None:
         return None
-    lost = best == "network" and _gives_up(reading.edits) and any(p.items or p.concept in PLACED for p in it.said.active)
-    return replace(reading, confidence=min(likely, UNSURE) if lost else likely)
+    unsure = best == "network" and ((_gives_up(reading.edits) and it.places) or _guesses(reading.edits, it.said))
+    return replace(reading, confidence=min(likely, UNSURE) if unsure else likely)
 
 
 def _gives_up(edits: Sequence[E.Edit]) -> bool:
@@ -117,8 +122,16 @@ def _gives_up(edits: Sequence[E.Edit]) -> bool:
     return any(e.command in back if isinstance(e, E.Command) else isinstance(e, E.Drop) and not e.on for e in edits)
 
 
+def _guesses(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether edits add a direction that no word says: "plus 4 cm"."""
+    offsets = [getattr(edit.frame, "offset", ()) for edit in edits if isinstance(edit, E.Also)]
+    ways = {way for offset in offsets for way, _ in offset}
+    said_ways = {SENSES.get(p.concept, "") or heading(p) for p in said.active}
+    return bool(ways - said_ways) and not any(p.unknown for p in said.active)
+
+
 UNSURE = 0.4
-"""How likely the network's taking back is held to be at most where an object or a place is named: "no, at the cup"."""
+"""How likely the network's edits are held to be at most where they guess, or take all back where a place is named."""
 
 PLACED = frozenset("start goal first last middle before after between near".split())
 """Concepts of places on the path."""
@@ -161,13 +174,13 @@ Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
 
 GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
     "instruction": {
-        "whole": (0.32, lambda it, heard: it.whole),
-        "looks back": (-1.07, lambda it, heard: it.recalls),
-        "other kinds of change": (0.92, lambda it, heard: it.said.elsewhere),
-        "to the network": (0.59, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
+        "whole": (0.33, lambda it, heard: it.whole),
+        "looks back": (-1.30, lambda it, heard: it.recalls),
+        "other kinds of change": (1.09, lambda it, heard: it.said.elsewhere),
+        "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
-    "rules": {"both agree": (2.00, lambda it, heard: _agree(it, heard))},
-    "network": {"confidence": (1.16, lambda it, heard: _odds(heard.edits.confidence))},
+    "rules": {"both agree": (1.96, lambda it, heard: _agree(it, heard))},
+    "network": {"confidence": (1.35, lambda it, heard: _odds(heard.edits.confidence))},
 }
 """What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
 how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""

@@ -25,7 +25,7 @@ from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import spread, with_units
+from ovita.instruct.together import contrasted, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -41,26 +41,26 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.33,
-    "both agree": 1.57,
+    "always": 1.03,
+    "both agree": 0.96,
     "confidence": 0.87,
-    "the rules read otherwise": -1.59,
-    "contradicted": -0.88,
-    "the other contradicted": 0.71,
-    "likelihood": 0.47,
-    "in common": 1.59,
-    "the other reads nothing": -0.96,
+    "the rules read otherwise": -1.54,
+    "contradicted": -0.80,
+    "the other contradicted": 0.73,
+    "likelihood": 0.49,
+    "in common": 1.62,
+    "the other reads nothing": -0.99,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.83, 0.15
+DO, SHOW = 0.76, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.65
+WHOLE_READ = 0.6
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
-AGAINST_WHOLE = 0.93
+AGAINST_WHOLE = 0.9
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
 CERTAIN = 0.95
@@ -143,9 +143,9 @@ def understand(
 
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
-    """A reading whose bare lengths have the unit that the utterance or the size of the path suggests."""
+    """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
-    made = iter(with_units((*reading.frames, *also), said, extent_of(positions)))
+    made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
     edits = tuple(replace(edit, frame=next(made)) if isinstance(edit, Also) else edit for edit in reading.edits)
     return (
@@ -254,13 +254,13 @@ def _bounds(reading: F.Reading) -> bool:
 
 def _all_or_nothing(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None) -> F.Reading:
     """What counts of the rules' reading: all or nothing, but for feedback, and where the network has nothing to say."""
-    if learned is None or rules.edits or (not _reads(learned) and learned.confidence < EVEN):
+    if learned is None or rules.edits or (not _reads(learned) and learned.confidence < REFUSING):
         return rules
     counts = not rules.unread and (_reads(learned) or _whole(said, rules))
     return rules if counts else replace(rules, frames=())
 
 
-EVEN = 0.5
+REFUSING = 0.6
 """How sure the network has to be that nothing can be done, for a part that the rules read not to be shown."""
 
 
@@ -303,6 +303,12 @@ class Readings:
         return _whole(self.said, self.rules)
 
     @cached_property
+    def refused(self) -> bool:
+        """Whether the network is sure that nothing can be done."""
+        learned = self.learned
+        return learned is not None and bool(learned.improper) and learned.confidence >= REFUSING
+
+    @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
         """The readings that say what to do, and not the opposite; one that both agree on is the rules'."""
         both: dict[Who, F.Reading | None] = {"rules": self.rules, "learned": None if self.agree else self.learned}
@@ -319,7 +325,7 @@ class Readings:
         """Whether a reading is likely enough to be done; never one against a short utterance that the rules read."""
         if self.whole and by == "learned":
             return confidence >= AGAINST_WHOLE and len(self.said) > CURT
-        return confidence >= (WHOLE_READ if self.whole else DO)
+        return confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
 
     def _rules_prevail(self) -> bool:
         """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
@@ -359,10 +365,16 @@ def likelihood(found: Mapping[str, float]) -> float:
 
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str], certain: bool) -> bool:
-    """Whether a likely reading is not done at once: for what the words hold, or for words that are left."""
-    if _taken_back(said, left, certain) or (len(said) <= CURT and _matters(said, left, certain)):
+    """Whether a likely reading is not done at once: for what the words hold, or for strange or left ones."""
+    strange = not certain and any(_is_strange_wish(clause) for clause in clauses(said))
+    if strange or _taken_back(said, left, certain) or (len(said) <= CURT and _matters(said, left, certain)):
         return True
     return bool(contradictions(said, _frames(reading), CHECKS if len(said) <= DOUBTED else NEVER))
+
+
+def _is_strange_wish(clause: Sequence[Chunk]) -> bool:
+    """Whether a clause begins with a word that nobody knows: "and moonwalk near the cup"."""
+    return [chunk.kind for chunk in clause[:2]] == ["and", "unknown"]
 
 
 def _taken_back(said: Sequence[Chunk], unread: Sequence[str], certain: bool) -> bool:
@@ -409,9 +421,16 @@ def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
 
 
 def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
-    """Whether two readings differ only in parts of the path and words of degree."""
-    mine, theirs = (tuple(replace(f, part=WHOLE, degree=None) for f in frames) for frames in (one, other))
+    """Whether two readings differ only in parts of the path, words of degree, and ending at an object or passing it."""
+    mine, theirs = (tuple(map(_roughly, frames)) for frames in (one, other))
     return F.same(mine, theirs)
+
+
+def _roughly(frame: F.SemanticFrame) -> F.SemanticFrame:
+    match frame:
+        case F.MoveEnd(end="goal", relation="to", offset=(), place=str() as place) if place not in ("", *F.SPOTS):
+            frame = F.Visit(objects=(place,), relation="at")
+    return replace(frame, part=WHOLE, degree=None)
 
 
 def _shared(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> float:

@@ -135,17 +135,17 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
             return [F.Pace(change="constant", part=kept.part, words=kept.words)]  # to ask for nothing else
         case [F.Clearance(distance=distance) as clear] if distance == CLEAR:
             return [F.Approach(sense="farther", objects=clear.objects, words=clear.words)]
-    once = [_contrasted(frame, made) for frame in dict.fromkeys(made)]
+    once = contrasted(list(dict.fromkeys(made)))
     return [frame for frame in once if not any(_covers(other, frame) for other in once)]
 
 
-def _contrasted(frame: F.SemanticFrame, made: Sequence[F.SemanticFrame]) -> F.SemanticFrame:
+def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp"."""
-    paces = [f for f in made if isinstance(f, F.Pace) and f.change in ("faster", "slower")]
-    match [f for f in paces if f != frame]:
-        case [F.Pace(change=change, part=part)] if frame in paces and part and not frame.part:
-            return frame if change == getattr(frame, "change", "") else replace(frame, part=outside(part))
-    return frame
+    paces = [frame for frame in made if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
+    match sorted(paces, key=lambda pace: bool(pace.part)):
+        case [whole, local] if local.part and not whole.part and whole.change != local.change:
+            return [replace(frame, part=outside(local.part)) if frame is whole else frame for frame in made]
+    return list(made)
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
