@@ -359,7 +359,6 @@ def test_a_distance_behind_a_denied_nearness_counts():
         "so Kevin could count them",
         "I want to see if it leaks",
         "because I'm filming it",
-        "like honey coming off a spoon",
     ],
 )
 def test_what_it_is_for_and_what_it_is_like_ask_for_nothing(why):

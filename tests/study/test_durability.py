@@ -120,7 +120,7 @@ def test_a_proposal_outlives_the_server(make_study):
     desk.take(token, {"do": "consent", "agree": "yes"})
     desk.take(token, {"do": "answer", "page": "s001"})
     say = {"do": "say", "page": "s002", "on": "current"}
-    desk.take(token, {**say, "turn": "1", "said": "go up by 0.1 blorf the frimble"})
+    desk.take(token, {**say, "turn": "1", "said": "go up by 0.1 and frobnicate"})
     person = study.participants["p1"]
     assert progress_of(study, person).turns("s002")[-1].status == "needs_confirmation"
     later = StudyDesk(study)

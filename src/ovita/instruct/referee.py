@@ -57,7 +57,7 @@ seen."""
 DO, SHOW = 0.76, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.6
+WHOLE_READ = 0.58
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
 AGAINST_WHOLE = 0.9
