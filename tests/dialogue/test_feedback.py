@@ -430,3 +430,16 @@ def test_a_wish_that_no_frame_holds_is_not_passed_over(wish):
 def test_a_speed_of_zero_in_a_part_is_asked_about(said):
     asked = Session(PATH, SCENE, writer="builtin").say(said)
     assert asked.status == "needs_clarification" and "never arrive" in asked.question
+
+
+@pytest.mark.parametrize("said", ["what changed so far?", "is that fast?", "how long does it take now?"])
+def test_a_question_of_fact_changes_nothing(said):
+    session = after(("stay 0.15 away from the bottle",)).draft()
+    before = session.current
+    assert session.say(said).status != "needs_confirmation" and session.current == before
+
+
+def test_no_takes_one_step_back():
+    session = after(("go left by 0.2", "a bit more")).draft()
+    first = session.history.after(session.history.path()[0])
+    assert session.say("no").usable and session.current == first

@@ -102,7 +102,8 @@ def _commands(said: Remark) -> Iterator[Candidate]:
 def _asks_a_fact(said: Remark) -> bool:
     """Whether it is a question about what there is, which never changes anything: "what changed so far?"."""
     words = [word for p in said.pieces for word in p.text.split()]
-    return words[-1:] == ["?"] and words[0] in ASKING and words[1] not in PROPOSING
+    proposes = words[1:2] and (words[1] in PROPOSING or "possible" in words)
+    return words[-1:] == ["?"] and words[0] in ASKING and not proposes
 
 
 DENYING = frozenset((*NOES, "do", "not", "please"))
