@@ -228,40 +228,27 @@ def _object_left(it: Facts) -> str:
 
 
 def _conditional(it: Facts) -> str:
-    """A condition, which no frame can hold."""
+    """A condition, which no frame can hold but as a part of the path."""
+    if it.frames and all(frame.part for frame in it.frames):
+        return ""
     words = " ".join(chunk.text.lower() for chunk in it.said).split()
-    for before, word, after in zip(["", *words], words, [*words[1:], ""], strict=False):
-        if word == "unless" or (word == "if" and after not in COURTESY and before not in WISHING):
+    for i, word in enumerate(words):
+        who, able = [*words[i + 1 : i + 3], "", ""][:2]
+        polite = who in COURTESY or (who in ("you", "i", "we", "one") and able in ABLE)
+        polite = polite or words[max(i - 1, 0)] in WISHING
+        if word == "unless" or (word == "if" and not polite):
             return f"{word!r} sets a condition, and it would be done always."
     return ""
 
 
-COURTESY = frozenset("you you'd i we one possible need needed necessary anything at so".split())
+COURTESY = frozenset("you'd i'd we'd possible need needed necessary anything at so that's it's".split())
 """What follows an "if" that is mere politeness."""
+
+ABLE = frozenset("can could would will may might must like want wish please don't do have had need".split())
+"""What follows an "if" and somebody in one: "if you could", not "if you smell smoke"."""
 
 WISHING = frozenset("what glad happy happier better obliged grateful nice nicer lovely great good".split())
 """What is before an "if" that is: "I would be glad if"."""
-
-
-def _two_waypoints(it: Facts) -> str:
-    """Two single waypoints that are read as all from one to the other."""
-    if it.kinds & {"between", "from"} or "range" not in [frame.part.kind for frame in it.frames]:
-        return ""
-    row = " ".join(chunk.kind for chunk in it.row if chunk.kind != "waypoints")
-    return "The two numbers are two waypoints, not a range." if "Qn and Qn" in row else ""
-
-
-def _anywhere(it: Facts) -> str:
-    """All of the path is spoken of, and what is read is near something; not in "everywhere near the cup"."""
-    pairs = zip(it.row, [*(chunk.kind for chunk in it.row[1:]), ""], strict=True)
-    words = [chunk.text for chunk, behind in pairs if chunk.kind == "whole" and behind not in PASSING]
-    word = next((word for word in words if word.lower() in EVERYWHERE), "")
-    if word and [frame.part.kind for frame in it.frames] == ["near"]:
-        return f"{word!r} speaks of all of the path, and it would be done in a part of it."
-    return ""
-
-
-EVERYWHERE = frozenset(("anywhere", "everywhere", "at all times", "throughout", "always"))
 
 
 def _thing_moved(it: Facts) -> str:
@@ -303,15 +290,6 @@ OWN_NAMES = frozenset("path trajectory route way track line course motion moveme
 """What the path is called, which asks for nothing by itself."""
 
 
-def _end_lost(it: Facts) -> str:
-    """An end that is to be where it was, on a path that is reversed: "and end where it ended"."""
-    reversed_ = any(isinstance(frame, F.Reverse) for frame in it.frames)
-    for end, where in pairwise(it.row if reversed_ else ()):
-        if end.kind in ("goal", "start", "stop") and where.text.lower().startswith("where"):
-            return f"A path that is reversed cannot {end.text} {where.text} before."
-    return ""
-
-
 def _above_lost(it: Facts) -> str:
     """A place above or below something, where what is read is about the thing itself."""
     for word, thing in pairwise(it.row):
@@ -326,7 +304,8 @@ def _pointed(it: Facts) -> str:
     """A place that is only pointed at, where the whole path is changed: "speed up over there"."""
     local = F.Pace | F.Shift | F.Height | F.Smooth | F.Approach
     placed = any(frame.named or frame.part != WHOLE or not isinstance(frame, local) for frame in it.frames)
-    if "there" not in it.kinds or placed:
+    clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
+    if clause is None or placed or all(_elsewhere(frame, [clause]) for frame in it.frames):
         return ""
     return f"{it.word({'there'})} points at a place that nothing names."
 
@@ -351,16 +330,6 @@ def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
     return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
-def _aside(it: Facts) -> str:
-    """A shift to a side that is not named, read as a least height: "nudge it over 6 mm"."""
-    row = [chunk for chunk in it.said if chunk.kind not in ("approx", "whole") and chunk.text.lower() not in OWN_NAMES]
-    for verb, over, amount in zip(row, row[1:], row[2:], strict=False):
-        shifts = over.kind == "over" and amount.q is not None and verb.text.lower() in SHIFTING
-        if shifts and any(isinstance(frame, F.Height) for frame in it.frames):
-            return f"{verb.text!r} over names no side."
-    return ""
-
-
 def _up_to(it: Facts) -> str:
     """A part of the path up to an object, read as a way beyond the goal: "follow the path until the cup"."""
     extended = any(isinstance(frame, F.Extend) and frame.place for frame in it.frames)
@@ -369,19 +338,14 @@ def _up_to(it: Facts) -> str:
     return ""
 
 
-SHIFTING = frozenset("nudge budge shift scoot bump move come push slide shove bring".split())
-"""Verbs that move something to a side."""
-
 NEVER = (
     _compared,
     _conditional,
     _thing_moved,
     _wish_left,
-    _end_lost,
     _above_lost,
     _pointed,
     _without_unit,
-    _aside,
     _up_to,
 )
 """What is never done at once, however likely its reading is."""
@@ -412,7 +376,10 @@ def _one_of_two(it: Facts) -> str:
 REFUSED = (_denied, _one_of_two, _compared_in_denial)
 """Where what is read is the opposite of what is said, and not even shown."""
 
-CHECKS = (_turned, _negated, _unbounded, _number_left, _object_left, _two_waypoints, _anywhere, *NEVER)
+LEFT = (_number_left, _object_left)
+"""What is left of an utterance though it was said to be used."""
+
+CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
 
 
 def _among(held: Iterable[float], value: float) -> bool:

@@ -192,7 +192,7 @@ def _kept_from(keep: F.Keep, frame: F.SemanticFrame, axes: Frame) -> bool:
         return isinstance(frame, F.Shift | F.Pace) and keep.part == frame.part
     if keep.what in _KEPT_ENDS:
         return isinstance(frame, F.MoveEnd) and (keep.what == frame.end or "ends" in (keep.what, frame.end))
-    if frame.part or keep.part:
+    if frame.part != keep.part:
         return False
     if keep.what == "height":
         return isinstance(frame, F.Shift) and not {"up", "down"}.isdisjoint(_wishes(frame, axes))

@@ -16,7 +16,17 @@ from typing import TYPE_CHECKING, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Chunk, chunks
-from ovita.instruct.contradictions import BOUNDS, CHECKS, NEVER, REFUSED, UNKNOWN, clauses, contradictions, opposed
+from ovita.instruct.contradictions import (
+    BOUNDS,
+    CHECKS,
+    LEFT,
+    NEVER,
+    REFUSED,
+    UNKNOWN,
+    clauses,
+    contradictions,
+    opposed,
+)
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
@@ -41,15 +51,16 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.03,
-    "both agree": 0.96,
-    "confidence": 0.87,
-    "the rules read otherwise": -1.54,
-    "contradicted": -0.80,
-    "the other contradicted": 0.73,
+    "always": 1.39,
+    "both agree": 0.99,
+    "agree but for words left": 1.46,
+    "confidence": 0.8,
+    "the rules read otherwise": -1.5,
+    "contradicted": -0.77,
+    "the other contradicted": 0.7,
     "likelihood": 0.49,
-    "in common": 1.62,
-    "the other reads nothing": -0.99,
+    "in common": 1.57,
+    "the other reads nothing": -1.15,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
@@ -229,7 +240,8 @@ def judged(
     """
     if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
-    found = Readings(said, _all_or_nothing(said, rules, learned), learned, weighed)
+    in_part = _share_read(said, rules) if _agree(rules, learned) else 0.0
+    found = Readings(said, _all_or_nothing(said, rules, learned), learned, weighed, in_part)
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
@@ -240,9 +252,7 @@ def judged(
     reading = replace(reading, frames=spread(reading.frames, said))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
-    if contradictions(said, (*rules.frames, *_frames(reading)), REFUSED):
-        outcome = "decline"  # the opposite of what is said is not even shown
-    elif outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
+    if outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
         outcome = "needs_confirmation"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
 
@@ -262,6 +272,12 @@ def _all_or_nothing(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading 
 
 REFUSING = 0.6
 """How sure the network has to be that nothing can be done, for a part that the rules read not to be shown."""
+
+
+def _share_read(said: Sequence[Chunk], rules: F.Reading) -> float:
+    """Which share of the words that may ask for something the rules used (0..1)."""
+    asking = sum(chunk.kind not in UNKNOWN or chunk.kind == "unknown" for chunk in said)
+    return max(1.0 - len(rules.unread) / max(asking, 1), 0.0)
 
 
 def _unplaced(said: Sequence[Chunk], rules: F.Reading) -> tuple[str, ...]:
@@ -285,12 +301,14 @@ class Readings:
         rules: What the rules made of it.
         learned: What the learned reader made of it; None where there is none.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
+        in_part: Which share of the words the rules used for the same reading; 0 where they read otherwise.
     """
 
     said: Sequence[Chunk]
     rules: F.Reading
     learned: F.Reading | None
     weighed: Weighed | None = None
+    in_part: float = 0.0
 
     @cached_property
     def agree(self) -> bool:
@@ -345,6 +363,7 @@ class Readings:
         return {
             "always": 1.0,
             "both agree": float(self.agree),
+            "agree but for words left": 0.0 if self.agree else self.in_part,
             "confidence": math.log(sure / (1.0 - sure)),
             "the rules read otherwise": float(by == "learned" and met),
             "contradicted": float(bool(contradictions(self.said, _frames(one)))),
@@ -366,10 +385,15 @@ def likelihood(found: Mapping[str, float]) -> float:
 
 def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str], certain: bool) -> bool:
     """Whether a likely reading is not done at once: for what the words hold, or for strange or left ones."""
-    strange = not certain and any(_is_strange_wish(clause) for clause in clauses(said))
-    if strange or _taken_back(said, left, certain) or (len(said) <= CURT and _matters(said, left, certain)):
+    if _taken_back(said, left) or contradictions(said, _frames(reading), NEVER):
         return True
-    return bool(contradictions(said, _frames(reading), CHECKS if len(said) <= DOUBTED else NEVER))
+    if len(said) <= DOUBTED:
+        checks = CHECKS if len(said) <= CURT or not certain else LEFT
+        if contradictions(said, _frames(reading), checks):
+            return True
+    if len(said) <= CURT and _matters(said, left, certain):
+        return True
+    return not certain and any(map(_is_strange_wish, clauses(said)))
 
 
 def _is_strange_wish(clause: Sequence[Chunk]) -> bool:
@@ -377,13 +401,12 @@ def _is_strange_wish(clause: Sequence[Chunk]) -> bool:
     return [chunk.kind for chunk in clause[:2]] == ["and", "unknown"]
 
 
-def _taken_back(said: Sequence[Chunk], unread: Sequence[str], certain: bool) -> bool:
-    """Whether a clause denies what another one asks for: "stop there, no, don't stop"; an object only where unsure."""
+def _taken_back(said: Sequence[Chunk], unread: Sequence[str]) -> bool:
+    """Whether a clause denies what another one asks for: "stop there, no, don't stop"."""
     row = clauses(said)
     denied = [c for c in row if any(chunk.kind == "never" and chunk.text in unread for chunk in c)]
     kinds = [{chunk.kind for clause in row if (clause in denied) is no for chunk in clause} for no in (True, False)]
-    both = (kinds[0] & kinds[1]) - UNKNOWN - {"never"}
-    return bool(both & DOING if certain else both)
+    return bool(kinds[0] & kinds[1] & DOING)
 
 
 def _matters(said: Sequence[Chunk], left: Sequence[str], certain: bool) -> bool:
