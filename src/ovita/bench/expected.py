@@ -372,7 +372,7 @@ def _rest_kept(case: _Asked, where: PathPart | None) -> Check | None:
 _KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
     **{what: partial(_ends_kept, what=what) for what in ("start", "goal", "ends")},
     "speed": lambda case, where: None if case.has(*PACING, F.Reverse) else P.speeds_kept(where),
-    "height": lambda case, where: None if case.has(*LIFTING) else asked.height_kept(),
+    "height": lambda case, where: None if case.has(*LIFTING) else asked.height_kept(where=where),
     "rest": _rest_kept,
     "path": _path_kept,
     "part": _part_kept,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -304,6 +305,12 @@ def reverse(builder: PolicyBuilder, frame: F.Reverse) -> None:
 
 def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
     """Cut off the first or last so much, or what comes before or after a place."""
+    alike = [(i, f.amount) for i, f in enumerate(builder.frames) if isinstance(f, F.Trim) and f.cut == frame.cut]
+    amounts = [q for _, q in alike if q is not None and frame.amount is not None and q.unit == frame.amount.unit]
+    if len(alike) == len(amounts) > 1:  # "cut that much off again" is one cut of all of it
+        if builder.frame != alike[-1][0]:
+            return
+        frame = replace(frame, amount=replace(amounts[0], value=sum(q.value for q in amounts)))
     n, part = len(builder.trajectory), _cut(builder, frame)
     if part is None:
         builder.ask(f"How much should be cut off at the {'start' if frame.cut in ('first', 'before') else 'end'}?")

@@ -158,12 +158,15 @@ def within_bound(
 
 
 @predicate
-def height_kept(pair: Pair) -> CheckResult:
-    """Nine of ten waypoints have the height that they had."""
-    up = pair.scene.frame.direction("up")
-    off = np.abs(pair.shift[pair.found] @ up)
+def height_kept(pair: Pair, *, where: Where = None) -> CheckResult:
+    """Nine of ten waypoints, all along or in a part of the path, have the height that they had."""
+    old, new = (rows[:, :3] @ pair.scene.frame.direction("up") for rows in pair.part(where))
+    wish = f"keep the height{said(where)}"
+    if not len(old):
+        return say(False, wish, GONE)
+    off = np.abs(new - old)
     share = float((off <= pair.noticeable).mean())
-    return say(share >= 0.9, "keep the height", f"heights changed by up to {off.max():.3f} m")
+    return say(share >= 0.9, wish, f"heights changed by up to {off.max():.3f} m")
 
 
 @predicate
