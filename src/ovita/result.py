@@ -21,7 +21,7 @@ from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
-from ovita.text import listed, quoted, sentence, shortened
+from ovita.text import counted, listed, quoted, sentence, shortened
 from ovita.writers.base import WriterInfo
 
 if TYPE_CHECKING:
@@ -255,7 +255,7 @@ class Adaptation:
         if self.lost:
             lost = " ".join(loss.sentence() for loss in self.lost)
             return f'Done, but: {lost} Say "keep it" to have it as asked.'
-        return "Done." if not self.warnings else f"Done, with {len(self.warnings)} warning(s)."
+        return "Done." if not self.warnings else f"Done, with {counted(len(self.warnings), 'warning')}."
 
     def _limited(self) -> str:
         if self.constraints is None or self.constraints.status == "off":

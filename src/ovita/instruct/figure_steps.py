@@ -60,7 +60,7 @@ def _circle(builder: PolicyBuilder, frame: F.Figure) -> None:
     up, passing = builder.axis("up"), builder.passing(point) - point
     around = radius or f"{np.linalg.norm(passing - (passing @ up) * up):.4g}"
     extra = _sense(frame) + (f", radius={radius}" if radius else "")
-    plan = f"From the point closest to {words}, go around it {turns:g} time(s)."
+    plan = f"From the point closest to {words}, go around it {'once' if turns == 1 else f'{turns:g} times'}."
     promise = f"expect_length(longer_by=5 * {n} * {around})"
     builder.add(f"traj = circle(traj, {code}{extra}, turns={n})", plan, promise, ends=builder.stay())
 

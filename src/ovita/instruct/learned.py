@@ -114,7 +114,9 @@ IMPROPER = {
     "nonsense": "nothing in this says how the path should change",
 }
 
-FEATURES = ("likelihood", "weakest", "certainty", "words left", "refused", "misread")
+FEATURES = (
+    "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy"
+)  # fmt: skip
 """What the confidence is calibrated on."""
 
 LEAST = 1e-6
@@ -235,7 +237,7 @@ class LearnedReader:
                 misread, outcome = True, {"question": f"{error}?"}
         choice, items = _short_of(choice, items, seen)
         left = unused(seen, choice)
-        features = _features(choice, left, bool(outcome), misread)
+        features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
             outcome["unread"] = left
         items = _aimed(items, seen)
@@ -255,12 +257,20 @@ class LearnedReader:
         return float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
 
 
-def _features(choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
+def _features(output: Output, choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
     """The values of FEATURES."""
     likely = float(np.prod(choice.likelihoods))
     certainty = -math.log1p(0.001 - min(likely, 0.999))
-    return np.array([likely, min(choice.likelihoods), certainty, float(min(len(left), MOST_LEFT)), refused, misread])
+    refusal = sum(float(output.heads["action"][0][HEADS["action"].index(word)]) for word in ("ask", "improper"))
+    doubted = sum(value < DOUBTED for value in choice.likelihoods)
+    shares = [heads[: len(choice.atoms)] for heads in output.heads.values()]
+    entropy = -sum(float((share * np.log(share + LEAST)).sum()) for share in shares)
+    told = [likely, min(choice.likelihoods), certainty, min(len(left), MOST_LEFT), refused, misread]
+    return np.array([*told, math.log(refusal + REFUSAL), doubted, entropy], dtype=float)
 
+
+REFUSAL, DOUBTED = 1e-5, 0.9
+"""What a refusal is taken to be more likely by than it is, and below which likelihood a choice is doubted."""
 
 MOST_LEFT = 4
 """More words left than so many say no more."""

@@ -10,7 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import nice
-from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap
+from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap, waited
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
@@ -233,7 +233,7 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
         count, ref, up = steps(builder, frame.duration), builder.ref(item), _beyond(name, top)
         builder.add(
             f"traj = hover(traj, {ref}, {up}, steps={count})",
-            f"Hover {gap:g} m above {item.name} for {builder.parameters[count].value} timesteps.",
+            f"Hover {gap:g} m above {item.name} for {waited(builder, count)}.",
             f"expect_visits({ref}, within={builder.tolerance}, up={up})",
             f"expect_stop(near={ref}, up={up})",
         )

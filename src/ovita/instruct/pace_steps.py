@@ -9,7 +9,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER
 from ovita.instruct.object_steps import surface_distance
-from ovita.instruct.path_steps import aimed, spot, steps
+from ovita.instruct.path_steps import aimed, spot, steps, waited
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
 from ovita.toolkit.speed import slow_turns
@@ -219,15 +219,15 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
     at, words = spot(builder, frame.place)
     name, item = steps(builder, frame.duration), builder.item(frame.place)
-    timesteps = f"{builder.parameters[name].value} timesteps"
+    lasting = waited(builder, name)
     if item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)
-        plan = f"Bend the path to {words} and wait {timesteps} there."
+        plan = f"Bend the path to {words} and wait {lasting} there."
         promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={at})"
         builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
         return
     promise = f"expect_stop(near={at})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
-    builder.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {timesteps} {words}.", promise)
+    builder.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {lasting} {words}.", promise)
 
 
 PACE_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {F.Pace: pace, F.StopAt: stop, F.Wait: wait}

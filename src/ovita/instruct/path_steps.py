@@ -255,13 +255,19 @@ def steps(builder: PolicyBuilder, duration: F.Quantity | None) -> str:
     """The parameter of a wait in timesteps."""
     count, timestep = 10.0, builder.trajectory.timestep
     if duration is None:
-        builder.assume("the wait lasts 10 timesteps")
+        builder.assume(f"the wait lasts {count * timestep:g} s")
     else:
         count = duration.value / (timestep if duration.unit in ("s", "") else 1.0)
         if duration.unit not in ("s", "", "step", "waypoints"):
             builder.ask(f"How many seconds are {duration.said or duration.value}?")
     meaning = f"timesteps to wait ({timestep:g} s each)"
     return builder.knob("steps", max(1, round(count)), "count", meaning, "duration", unit="", direction="longer")
+
+
+def waited(builder: PolicyBuilder, name: str) -> str:
+    """How long a wait of `steps` lasts, in words."""
+    count = builder.parameters[name].value
+    return f"{count * builder.trajectory.timestep:g} s ({count} timesteps)"
 
 
 def extend(builder: PolicyBuilder, frame: F.Extend) -> None:

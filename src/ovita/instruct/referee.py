@@ -51,21 +51,21 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.39,
-    "both agree": 0.99,
-    "agree but for words left": 1.46,
-    "confidence": 0.8,
-    "the rules read otherwise": -1.5,
-    "contradicted": -0.77,
-    "the other contradicted": 0.7,
-    "likelihood": 0.49,
-    "in common": 1.57,
-    "the other reads nothing": -1.15,
+    "always": 1.31,
+    "both agree": 0.80,
+    "agree but for words left": 1.44,
+    "confidence": 0.83,
+    "the rules read otherwise": -1.38,
+    "contradicted": -0.80,
+    "the other contradicted": 0.79,
+    "likelihood": 0.46,
+    "in common": 1.66,
+    "the other reads nothing": -1.05,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.76, 0.15
+DO, SHOW = 0.8, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ = 0.58
