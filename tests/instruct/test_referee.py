@@ -103,7 +103,6 @@ def test_questions_come_before_reasons_to_decline(rules, learned, outcome):
         ("do not stay away from the cup", "farther cup", "'do not"),
         ("avoid the cup unless it is empty", "farther cup", "condition"),
         ("go left if the box is hot", "move left", "condition"),
-        ("raise waypoint 5 and waypoint 10 by 3 cm", "move up=3cm @range=5-10", "two waypoints"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
         ("go left and slow down near the box", "move left; pace slower", "'box'"),

@@ -315,7 +315,7 @@ def test_auto_asks_the_configured_model_only_for_what_is_left(monkeypatch: pytes
     understood = adapt(request())
     assert understood.writer.kind == "builtin" and understood.writer.reason == "it understood every clause"
     assert not stub.requests
-    result = adapt(request("Go left by 0.1 and frobnicate the gizmo"))
+    result = adapt(request("Go left by 0.1 and dance"))
     assert result.status == "done" and result.writer.kind == "llm"
     assert result.writer.reason.startswith("OVITA_MODEL names it")
     assert len(result.writer.tried) == 2 and result.writer.tried[0].startswith("builtin: asks whether")

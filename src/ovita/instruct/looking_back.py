@@ -82,7 +82,8 @@ class Retrospect:
 
 def looks_back(it: Retrospect) -> bool:
     """Whether the rules alone take an utterance as feedback rather than as an instruction."""
-    return it.found and not it.said.elsewhere and (it.recalls or not it.whole)
+    explains = any(isinstance(edit, E.Command) and edit.command == "explain" for edit in it.best.edits)
+    return explains or (it.found and not it.said.elsewhere and (it.recalls or not it.whole))
 
 
 def is_plain(it: Retrospect) -> bool:

@@ -65,7 +65,7 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.8, 0.15
+DO, SHOW = 0.82, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ = 0.58
@@ -322,9 +322,11 @@ class Readings:
 
     @cached_property
     def refused(self) -> bool:
-        """Whether the network is sure that nothing can be done."""
-        learned = self.learned
-        return learned is not None and bool(learned.improper) and learned.confidence >= REFUSING
+        """Whether the network is sure that nothing can be done, or near certain that a question has to be asked."""
+        if self.learned is None:
+            return False
+        asks = bool(self.learned.question) and self.learned.confidence >= AGAINST_WHOLE
+        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING)
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
