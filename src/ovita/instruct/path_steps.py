@@ -267,6 +267,7 @@ def steps(builder: PolicyBuilder, duration: F.Quantity | None) -> str:
 def waited(builder: PolicyBuilder, name: str) -> str:
     """How long a wait of `steps` lasts, in words."""
     count = builder.parameters[name].value
+    assert isinstance(count, int | float), "a number of timesteps"
     return f"{count * builder.trajectory.timestep:g} s ({count} timesteps)"
 
 
