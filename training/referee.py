@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +25,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
 from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import LearnedReader
-from ovita.instruct.referee import POINTS, Readings, in_units
+from ovita.instruct.referee import POINTS, both_readings, in_units
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
@@ -46,10 +45,8 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
         in_units(reading, said, path.positions)
         for reading in (read(line.sentence, scene, path.positions), learned.reading(heard))
     )
-    if one.unread:
-        one = replace(one, frames=())
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
-    both = Readings(said, one, other, weighed)
+    both = both_readings(said, one, other, weighed)
     found = []
     for by, reading in both.candidates.items():
         values = both.grounds(by)

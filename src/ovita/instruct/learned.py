@@ -270,7 +270,7 @@ def _features(output: Output, choice: Choice, left: Collection[str], refused: bo
 
 
 REFUSAL, DOUBTED = 1e-5, 0.9
-"""What a refusal is taken to be more likely by than it is, and below which likelihood a choice is doubted."""
+"""What is added to the likelihood of a refusal before its logarithm, and below which likelihood a choice is doubted."""
 
 MOST_LEFT = 4
 """More words left than so many say no more."""

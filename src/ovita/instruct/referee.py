@@ -240,8 +240,7 @@ def judged(
     """
     if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
-    in_part = _share_read(said, rules) if _agree(rules, learned) else 0.0
-    found = Readings(said, _all_or_nothing(said, rules, learned), learned, weighed, in_part)
+    found = both_readings(said, rules, learned, weighed)
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
@@ -255,6 +254,14 @@ def judged(
     if outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
         outcome = "needs_confirmation"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
+
+
+def both_readings(
+    said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None, weighed: Weighed | None = None
+) -> Readings:
+    """What counts of two readings of an utterance, as for `judged`."""
+    in_part = _share_read(said, rules) if _agree(rules, learned) else 0.0
+    return Readings(said, _all_or_nothing(said, rules, learned), learned, weighed, in_part)
 
 
 def _bounds(reading: F.Reading) -> bool:
