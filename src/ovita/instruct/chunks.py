@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, cast
 
 from ovita.instruct.frames import Quantity, Role, Span
 from ovita.instruct.lexicon import DETERMINERS, term_at
-from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, is_digits, unit_apart, unit_at
+from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, is_digits, more_first, unit_apart
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
@@ -170,7 +170,9 @@ UNIT_KIND = {"m": "Qm", "m/s": "Qv", "m/s2": "Qa", "s": "Qs", "deg": "Qdeg", "%"
 
 def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tuple[Chunk, ...], tuple[str, ...]]:
     """Cut an utterance into chunks; also the spellings that were corrected, as notes."""
-    words = _more_of_them(_pieces(text))
+    said = _pieces(text)
+    order = more_first([w.text.lower() for w in said])
+    words = [_Word(said[i].text, w.span) for i, w in zip(order, said, strict=True)]
     catalog = Catalog(scene, positions)
     catalog.add_nicknames()
     lowered, notes = respelt([w.text.lower() for w in words], catalog)
@@ -182,26 +184,6 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         i += used
     return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
 
-
-def _more_of_them(words: list[_Word]) -> list[_Word]:
-    """The words with "ten more centimetres" as "more ten centimetres"."""
-    lowered = [w.text.lower() for w in words]
-    for at in range(len(words) - 1):
-        before = _number_before(lowered, at) if lowered[at] in MORE and unit_at(lowered, at + 1)[2] else None
-        if before is not None:
-            order = [at, *range(before, at)]
-            spans = [w.span for w in words[before : at + 1]]
-            words[before : at + 1] = [_Word(words[i].text, span) for i, span in zip(order, spans, strict=True)]
-    return words
-
-
-def _number_before(words: Sequence[str], at: int) -> int | None:
-    """Where an amount of up to three words begins that ends right before a word."""
-    begins = range(max(at - 3, 0), at)
-    return next((i for i in begins if (amount := amount_at(words, i)) and amount.used == at - i), None)
-
-
-MORE = frozenset("more extra additional further".split())
 
 MANNERS = frozenset(
     "faster slower farther closer near toward left right front back up down raise lower over under thru".split()

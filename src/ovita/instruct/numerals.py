@@ -154,7 +154,7 @@ def _stated(words: Sequence[str], i: int) -> Amount | None:
     fraction = _fraction_behind(words, i, used)
     if fraction is not None:
         value, used = value * fraction[0], used + fraction[1]
-    unit, factor, more = unit_at(words, i + used)
+    unit, factor, more = unit_behind(words, i + used)
     if not more:
         unit, factor = _unit_elsewhere(words, i, i + used)
         if not unit and value >= 1.0:
@@ -258,13 +258,45 @@ def unit_at(words: Sequence[str], i: int) -> tuple[str, float, int]:
     return "", 1.0, 0
 
 
+def more_first(words: Sequence[str]) -> list[int]:
+    """The order of words in which "ten more centimetres" is "more ten centimetres"."""
+    order = list(range(len(words)))
+    for at in range(len(words) - 1):
+        before = _number_before(words, at) if words[at] in MORE and unit_at(words, at + 1)[2] else None
+        if before is not None:
+            order[before : at + 1] = [at, *range(before, at)]
+    return order
+
+
+def _number_before(words: Sequence[str], at: int) -> int | None:
+    """Where an amount of up to three words begins that ends right before a word."""
+    begins = range(max(at - 3, 0), at)
+    return next((i for i in begins if (amount := amount_at(words, i)) and amount.used == at - i), None)
+
+
+MORE = frozenset("more extra additional further".split())
+
+
+def unit_behind(words: Sequence[str], i: int) -> tuple[str, float, int]:
+    """The unit of length or time at word i, also behind a word such as in "two whole feet", with all words taken."""
+    unit, factor, used = unit_at(words, i)
+    if used or not FURTHER.issuperset(words[i : i + 1]):
+        return unit, factor, used
+    unit, factor, used = unit_at(words, i + 1)
+    return (unit, factor, used + 1) if used and unit in ("m", "s") and words[i + 1] not in COUNTED else ("", 1.0, 0)
+
+
+FURTHER = frozenset("whole full good solid clear generous decent".split())
+"""What may stand between a number, or "a", and its unit: "two whole feet", "a good foot"."""
+
+
 def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
     """A number without its unit, and how many words it takes."""
     word, behind = words[i], list(words[i + 1 : i + 4])
     if is_digits(word):
         return _in_digits(word, behind)
-    if word in ("a", "the") and behind[:2] == ["couple", "of"]:
-        return 2.0, 3
+    if couple := _couple(words, i):
+        return 2.0, couple
     if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
         return NUMBER_WORDS[behind[0]], 2
     if word == "half" and "dozen" in behind[:2] and behind[0] in ("a", "dozen"):
@@ -276,6 +308,14 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
         )
         return None if a_waypoint and not unit_at(words, i + used + 1)[2] else (decimals, used + 1)
     return _in_words(words, i) if word in NUMBER_WORDS else None
+
+
+def _couple(words: Sequence[str], i: int) -> int:
+    """The words of "a couple of", also without "a" or "of" where a unit follows; 0 where it is not said."""
+    at = i + (words[i] in ("a", "the"))
+    behind = at + 1 + (words[at + 1 : at + 2] == ["of"])
+    counts = words[at : at + 1] == ["couple"] and (behind - i == 3 or unit_behind(words, behind)[2])
+    return behind - i if counts else 0
 
 
 def _in_digits(word: str, behind: Sequence[str]) -> tuple[float, int]:
@@ -345,12 +385,8 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
         return Amount(share * factor, unit, begin + used - i) if used and measured else None
     if at >= len(words) or words[i] not in ("a", "an"):
         return None
-    at = i + 1 + any(word in FULL for word in words[i + 1 : i + 2])
+    at = i + 1 + any(word in FURTHER for word in words[i + 1 : i + 2])
     unit, factor, used = unit_at(words, at)
     timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
     measured = unit in ("m", "m/s") and words[at] not in ("m", "unit", "units")
     return Amount(factor, unit, at - i + used) if used and (timed or measured) else None
-
-
-FULL = frozenset("good full whole solid clear generous decent".split())
-"""What may stand before a unit: "a good foot"."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler
 from ovita.instruct.notation import show
-from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, unit_at
+from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, more_first, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import Scene
@@ -158,6 +158,7 @@ def _marked(
 ) -> tuple[tuple[Fragment, ...], tuple[Referent, ...]]:
     raw = cut(text)
     words = [word.lower() for word, _ in raw]
+    words = [words[k] for k in more_first(words)]
     odd = [word for word in words if word.isalpha() and word not in known]
     spelling = dict(zip(odd, respelt(odd, catalog)[0], strict=True))
     words = [spelling.get(word, word) for word in words]
