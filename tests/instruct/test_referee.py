@@ -45,7 +45,7 @@ def test_an_unread_word_is_named_and_never_silently_executed():
 
 
 def test_readings_that_differ_are_shown_and_the_likelier_one_is():
-    sure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.95))
+    sure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.88))
     assert (sure.outcome, sure.by) == ("needs_confirmation", "learned")
     unsure = verdict("make it lower", reading("move down"), reading("pace slower", confidence=0.05))
     assert (unsure.outcome, unsure.by) == ("do", "rules")  # nothing is left over, and nothing is sure of something else

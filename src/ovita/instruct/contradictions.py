@@ -338,6 +338,33 @@ def _up_to(it: Facts) -> str:
     return ""
 
 
+def _goes_on(it: Facts) -> str:
+    """A mere "keep going" that is read as a way beyond the goal, which nothing names."""
+    far = any(isinstance(frame, F.Extend) and not frame.quantities for frame in it.frames)
+    said = next((chunk.text.lower() for chunk in it.said if chunk.kind == "extend"), "")
+    mere = {*said.split()} <= GOING_ON and it.plain.isdisjoint(("goal", "to", "over"))
+    return f"{said!r} names no way beyond the goal." if far and said and mere else ""
+
+
+GOING_ON = frozenset("keep on going go carry continue moving proceed still press push move travelling flying".split())
+"""Words that say no more than that the robot goes on."""
+
+
+def _in_time(it: Facts) -> str:
+    """A time within which something is to be done, read as a wait: "finish within 10 s"."""
+    waits = any(isinstance(frame, F.Wait) for frame in it.frames)
+    for word, time in pairwise(it.row):
+        if waits and time.kind == "Qs" and word.kind in ("within", "at_most"):
+            return f"{word.text!r} {time.text} is a limit, and no wait."
+    return ""
+
+
+def _extreme(it: Facts) -> str:
+    """The highest or lowest point of the path, which no frame is about."""
+    found = (word for word, point in pairwise(it.row) if word.kind in ("max", "min") and point.kind == "waypoints")
+    return next((f"{word.text!r} point has no place in it." for word in found), "")
+
+
 NEVER = (
     _compared,
     _conditional,
@@ -347,6 +374,9 @@ NEVER = (
     _pointed,
     _without_unit,
     _up_to,
+    _goes_on,
+    _in_time,
+    _extreme,
 )
 """What is never done at once, however likely its reading is."""
 
@@ -370,7 +400,8 @@ PASSING = frozenset("over under through thru touch to at by near stop wait hover
 def _one_of_two(it: Facts) -> str:
     """One of two opposite sides that are both asked for: "go left and right"."""
     one_side = any(len({*_senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
-    return f"{it.word({'sideways'})} is both sides." if one_side and "sideways" in it.plain else ""
+    swapped = "mirror" not in it.plain and any(isinstance(frame, F.Mirror) for frame in it.frames)
+    return f"{it.word({'sideways'})} is both sides." if (one_side or swapped) and "sideways" in it.plain else ""
 
 
 REFUSED = (_denied, _one_of_two, _compared_in_denial)

@@ -71,10 +71,10 @@ DO, SHOW = 0.82, 0.15
 WHOLE_READ = 0.58
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
-AGAINST_WHOLE = 0.9
+AGAINST_WHOLE = 0.88
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
-CERTAIN = 0.95
+CERTAIN = 0.9
 """How likely a reading has to be for words that it leaves not to matter, however few there are."""
 
 CURT, DOUBTED = 5, 10
@@ -349,9 +349,9 @@ class Readings:
         return "both" if self.agree else best, self.candidates[best], rated[best]
 
     def sure(self, by: By, confidence: float) -> bool:
-        """Whether a reading is likely enough to be done; never one against a short utterance that the rules read."""
+        """Whether a reading is likely enough to be done, more so one against an utterance that the rules read."""
         if self.whole and by == "learned":
-            return confidence >= AGAINST_WHOLE and len(self.said) > CURT
+            return confidence >= (AGAINST_WHOLE if len(self.said) > CURT else CERTAIN)
         return confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
 
     def _rules_prevail(self) -> bool:

@@ -39,6 +39,7 @@ COUNTED = {
     "halfway": (0.5, "%"), "half way": (0.5, "%"), "midway": (0.5, "%"), "midpoint": (0.5, "%"),
     "half turn": (180.0, "deg"), "half revolution": (180.0, "deg"), "half rotation": (180.0, "deg"),
     "quarter turn": (90.0, "deg"), "quarter revolution": (90.0, "deg"), "quarter rotation": (90.0, "deg"),
+    "right angle": (90.0, "deg"),
 }  # fmt: skip
 """Amounts that are said without a number and a unit."""
 
@@ -243,7 +244,7 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
         return _weak(1.5, "x"), words.index("again", i) + 1 - i
     for used in (1, 2):
         amount = COUNTED.get(" ".join(words[i : i + used]))
-        if amount is not None:
+        if amount is not None and amount_at(words, i) is None:  # not the first word of "couple of inches"
             return _weak(*amount), used
     return None, 1
 
