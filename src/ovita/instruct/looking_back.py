@@ -22,8 +22,8 @@ EVEN = 0.5
 """How likely feedback has to be meant, among the ways to take it, to be done without being shown first."""
 
 FEW, SHORT = 10, 6
-"""Words and marks of feedback that is so short that the network is not asked what it thinks of the rules' reading, and
-words of an utterance in which a comparative looks back."""
+"""Words and marks of feedback that is so short that the rules' reading counts more; words of an utterance that is so
+short that a comparative in it looks back."""
 
 BACKWARD = frozenset(
     """again that that's those these too not only just instead than still yet even enough same also was were
@@ -87,7 +87,7 @@ def looks_back(it: Retrospect) -> bool:
 
 
 def is_plain(it: Retrospect) -> bool:
-    """Whether the rules are enough: few words of feedback."""
+    """Whether it is feedback of few words, which the rules hardly ever misread."""
     return len(it.said.pieces) <= FEW and looks_back(it)
 
 
@@ -115,6 +115,16 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
         return None
     unsure = best == "network" and ((_gives_up(reading.edits) and it.places) or _guesses(reading.edits, it.said))
     return replace(reading, confidence=min(likely, UNSURE) if unsure else likely)
+
+
+def _counts_turns(edits: Sequence[E.Edit]) -> bool:
+    """Whether edits are about so many turns, of which the network knows nothing."""
+    numbered = (
+        e.on.startswith("turn ") if isinstance(e, E.Drop) else e.steps > 1
+        for e in edits
+        if isinstance(e, E.Drop | E.Command)
+    )
+    return any(numbered)
 
 
 def _gives_up(edits: Sequence[E.Edit]) -> bool:
@@ -151,7 +161,7 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
 
 def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:
     """Whether edits change nothing: a number for a slot that takes none of its unit."""
-    sure = any(isinstance(edit, E.Command | E.Again | E.Rescale) for edit in edits)
+    sure = _counts_turns(edits) or any(isinstance(edit, E.Command | E.Again | E.Rescale) for edit in edits)
     return not sure and apply(edits, before, Scene()) == before
 
 
@@ -180,7 +190,11 @@ GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
         "other kinds of change": (1.09, lambda it, heard: it.said.elsewhere),
         "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
-    "rules": {"both agree": (1.96, lambda it, heard: _agree(it, heard))},
+    "rules": {
+        "both agree": (1.96, lambda it, heard: _agree(it, heard)),
+        "plain": (4.5, lambda it, heard: is_plain(it)),
+        "counts turns": (4.5, lambda it, heard: _counts_turns(it.best.edits)),
+    },
     "network": {"confidence": (1.35, lambda it, heard: _odds(heard.edits.confidence))},
 }
 """What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and

@@ -189,7 +189,7 @@ def overheard(
 ) -> tuple[Retrospect, Hearing | None]:
     """An utterance as feedback and as an instruction by the rules, and what the network says if it has to be asked."""
     from ovita.instruct.feedback import retrospect
-    from ovita.instruct.looking_back import Hearing, is_plain
+    from ovita.instruct.looking_back import Hearing
 
     text = repaired(written_out(text), scene, positions)
     said, _ = chunks(text, scene, positions)
@@ -197,7 +197,7 @@ def overheard(
     edits = in_units(found.reading, said, positions).edits
     found = replace(found, best=replace(found.best, edits=edits))
     guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
-    reader = None if is_plain(found) or guessed or not before else learned_reader()
+    reader = None if guessed or not before else learned_reader()
     if reader is None:
         return found, None
     heard = reader.hear(text, scene, positions, before)
