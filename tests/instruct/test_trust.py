@@ -349,3 +349,30 @@ def test_ordinary_wishes_are_not_asked_back(sentence, right):
 def test_higher_behind_an_object_is_a_move_up_of_what_comes_after_it(text):
     moved = done(text).adapted.positions - PATH.positions
     assert np.allclose(moved[-5:], [0, 0, 0.3], atol=0.01) and np.allclose(moved[:20], 0, atol=0.01)
+
+
+@pytest.mark.parametrize(
+    "sentence",
+    [
+        "speed up near the cup if nobody is there",
+        "go higher near the vase if the vase is full",
+        "keep a distance of 20 cm from the cup unless it is empty",
+        "finish within 10 s",
+        "then keep on going",
+        "lower the highest point",
+        "go left and right",
+    ],
+)
+def test_what_no_frame_can_hold_is_never_done_at_once(sentence):
+    assert said(sentence).status != "done"
+
+
+@pytest.mark.parametrize(
+    "sentence", ["I'd feel safer if it stayed further from the cup", "slow down if it is near the cup"]
+)
+def test_a_wish_and_a_place_in_the_form_of_a_condition_are_done(sentence):
+    done(sentence)
+
+
+def test_an_arrow_leads_to_its_object():
+    assert done("goal -> cup").adapted.positions[-1] == pytest.approx([0.5, 1.0, 0.5])

@@ -58,11 +58,11 @@ def _sign_between(word: str, before: str, behind: str) -> list[str]:
 
 PIECE = re.compile(
     r"\d+[.,]\d+|\d+(?:st|nd|rd|th)\b|\d+|\.\d+(?=\D|$)|(?:k?m|cm|mm|ft|in|deg)/(?:s(?:ec)?(?:\^?2|²)?|h|min)\b|m/s(?:\^?2|²)"
-    r"|[^\W\d_]+(?:['’][^\W\d_]+)*|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
+    r"|[^\W\d_]+(?:['’][^\W\d_]+)*|-{1,2}>|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
 )
 CONTRACTION = re.compile(r"(?:i|you|he|she|it|we|they|there|what|who|that|here|how)'?(?:s|re|ve|ll|d|m)")
 SYMBOLS = {
-    ">=": "at least", "=>": "at least", "≥": "at least", ">": "at least", "<=": "at most", "=<": "at most",
+    "->": "to", "-->": "to", ">=": "at least", "=>": "at least", "≥": "at least", ">": "at least", "<=": "at most", "=<": "at most",
     "≤": "at most", "<": "at most", "=": "to", "@": "at", "&": "and", "~": "about", "+=": "plus", "-=": "minus", "×": "x",
     "+-": "", "+/-": "", "±": "", "°": "degrees", "_": "", "→": "to", "(": ",", ")": ",", "–": ",", "—": ",", "-": "-",
 }  # fmt: skip

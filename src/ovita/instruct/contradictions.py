@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
+from itertools import pairwise, takewhile
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
@@ -228,27 +228,47 @@ def _object_left(it: Facts) -> str:
 
 
 def _conditional(it: Facts) -> str:
-    """A condition, which no frame can hold but as a part of the path."""
-    if it.frames and all(frame.part for frame in it.frames):
-        return ""
-    words = " ".join(chunk.text.lower() for chunk in it.said).split()
+    """A condition, which no frame can hold but as a part of the path: "if you come near the cup"."""
+    told = [(word, chunk.kind) for chunk in it.said for word in chunk.text.lower().split()]
+    words = [word for word, _ in told]
     for i, word in enumerate(words):
-        who, able = [*words[i + 1 : i + 3], "", ""][:2]
-        polite = who in COURTESY or (who in ("you", "i", "we", "one") and able in ABLE)
-        polite = polite or words[max(i - 1, 0)] in WISHING
-        if word == "unless" or (word == "if" and not polite):
+        if word != "unless" and (word != "if" or _wishes(words[:i]) or _polite([*words[i + 1 : i + 3], "", ""])):
+            continue
+        clause = {kind for _, kind in takewhile(lambda pair: pair[1] not in ("comma", "dot"), told[i + 1 :])}
+        if not (clause & PLACING and all(frame.part for frame in it.frames)):
             return f"{word!r} sets a condition, and it would be done always."
     return ""
+
+
+PLACING = frozenset("near within after before over under beyond rising falling closer distance between touch".split())
+"""Classes of words by which a condition is a place on the path."""
+
+
+def _polite(behind: Sequence[str]) -> bool:
+    """Whether the words behind an "if" are mere politeness: "if you could", not "if you smell smoke"."""
+    return behind[0] in COURTESY or (behind[0] in ("you", "i", "we", "one") and behind[1] in ABLE)
+
+
+def _wishes(before: Sequence[str]) -> bool:
+    """Whether the words before an "if" are a wish: "I'd feel safer if", not "I'd like it to turn if"."""
+    sentence = list(takewhile(lambda word: word not in (".", "!", "?", ";"), reversed(before)))
+    would = any(word in ("would", "wouldn't") or word.endswith("'d") for word in sentence)
+    return not WISHING.isdisjoint(sentence[:2]) or (would and WANTING.isdisjoint(sentence))
 
 
 COURTESY = frozenset("you'd i'd we'd possible need needed necessary anything at so that's it's".split())
 """What follows an "if" that is mere politeness."""
 
 ABLE = frozenset("can could would will may might must like want wish please don't do have had need".split())
-"""What follows an "if" and somebody in one: "if you could", not "if you smell smoke"."""
+"""What follows an "if" and somebody in one."""
 
-WISHING = frozenset("what glad happy happier better obliged grateful nice nicer lovely great good".split())
-"""What is before an "if" that is: "I would be glad if"."""
+WANTING = frozenset("like want you".split())
+"""What is behind a "would" that asks for something itself: "would you wait if"."""
+
+WISHING = frozenset(
+    "what glad happy happier better obliged grateful nice nicer lovely great good as see even mind".split()
+)
+"""What is right before an "if" that is one: "I would be glad if"."""
 
 
 def _thing_moved(it: Facts) -> str:

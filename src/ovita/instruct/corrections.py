@@ -142,7 +142,7 @@ def drops(said: Remark) -> Iterator[Candidate]:
     yield from _ordinals(said, pieces)
     denied = [] if said.cued("less", "weak", "enough") else _denied(said)
     words = denied or (said.naming if pieces else [])
-    used = (*pieces, *words, *said.cued("not", "except", "keep"))
+    used = (*pieces, *words, *said.cued("not", "except", "keep"), *(said.cued("only") if pieces else ()))
     yield from _without(said, said.meant(words), words, used)
 
 
