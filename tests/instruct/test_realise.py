@@ -209,3 +209,9 @@ def test_a_flipped_frame_is_told_from_the_right_one(realised):
             seen += 1
             told += not realised.expected(line.frames, trajectory, scene).judge(trajectory, adapted, scene).passed
     assert seen > 60 and told >= 0.95 * seen, (told, seen)
+
+
+def test_what_is_left_of_a_path_that_is_cut_is_what_is_straightened():
+    _, rows, broken = done("trim last=10wp; straighten")
+    assert not broken
+    assert rows[-1, :3] == pytest.approx(PATH.positions[-11])

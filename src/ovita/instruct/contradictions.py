@@ -385,6 +385,15 @@ def _extreme(it: Facts) -> str:
     return next((f"{word.text!r} point has no place in it." for word in found), "")
 
 
+def _compared_size(it: Facts) -> str:
+    """A share by which a size is to change, read as the size: "ten percent smaller"."""
+    shares = (
+        q for frame in it.frames if isinstance(frame, F.Resize) and not frame.change for q in frame.quantities.values()
+    )
+    said = it.plain & {"smaller", "larger"}
+    return f"{it.word(said)} is no size to come to." if said and any(q.unit == "%" for q in shares) else ""
+
+
 NEVER = (
     _compared,
     _conditional,
@@ -397,6 +406,7 @@ NEVER = (
     _goes_on,
     _in_time,
     _extreme,
+    _compared_size,
 )
 """What is never done at once, however likely its reading is."""
 

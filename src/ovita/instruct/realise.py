@@ -94,10 +94,12 @@ def realise(
 
 
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
-    """When a frame's turn comes; "slower at the end" is about the end of a path that was cut short."""
+    """When a frame's turn comes; what is straight, or slower at the end, is so on the path that a cut leaves."""
     at_the_end = frame.part.kind == "last" and (frame.part.amount is None or frame.part.unit == "share")
     if isinstance(frame, F.Pace) and frame.change != "set" and at_the_end and builder.has(F.StopAt, F.Trim):
         return len(ORDER)
+    if isinstance(frame, F.Straighten) and not frame.part and builder.has(F.Trim):
+        return RANK["trim"]
     if isinstance(frame, F.Pace) and frame.change in RANK:
         return RANK[frame.change]  # what another pace leaves beside a part holds, too
     if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
