@@ -104,6 +104,8 @@ def test_bounds_that_exclude_each_other_are_asked_about(sentence, where):
         ("speed above 0.1 and below 0.2", "pace at_least=0.1m/s; pace at_most=0.2m/s"),
         ("stay lower than 0.8", "height at_most=0.8m"),
         ("fly higher than 1.2 m", "height at_least=1.2m"),
+        ("stay over 1 m from the child", "clearance child at_least=1m"),
+        ("keep over half a metre away from the child", "clearance child at_least=0.5m"),
     ],
 )
 def test_bounds_by_comparison_are_bounds(sentence, frames):

@@ -113,8 +113,21 @@ _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%
 _HALF = re.compile(r"[- ](?:and|an'|'n')[- ]a[- ]half\b", re.IGNORECASE)
 
 
+_LENGTH = r"(?: [\w.,]+){0,2} ?(?:(?:centi|milli)?met(?:re|er)s?|[cm]?m|feet|foot|ft|inch(?:es)?)"
+_FROM = rf"(?={_LENGTH} (?:away|clear|off|from)\b)"
+_KEEPING = "|".join(rf"(?<=\b{verb} )" for verb in ("keep", "stay", "stays", "remain", "be", "is", "always"))
+_FAR_OFF = {
+    re.compile(rf"(?:{_KEEPING}){word}{_FROM}", re.IGNORECASE): sign for word, sign in (("over", ">"), ("under", "<"))
+}
+
+
 def written_out(text: str) -> str:
-    """A text as long as it was with "v *= 0.5" as "v 0.5x", and with "foot-and-a-half" as "foot and a half"."""
+    """A text as long as it was, with what says the same in other signs.
+
+    "v *= 0.5" is "v 0.5x", "stay over 1 m from" is "stay > 1 m from", and "foot-and-a-half" "foot and a half".
+    """
+    for pattern, sign in _FAR_OFF.items():
+        text = pattern.sub(sign, text)
     text = _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
     return _HALF.sub(" and a half", text)
 
