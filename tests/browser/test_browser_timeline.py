@@ -1,7 +1,7 @@
 """The timeline and the line in the scene, by mouse and keyboard."""
 
 import pytest
-from browser_page import until
+from browser_page import at_rest, until
 
 SAY = "Go left by 0.2 and slow down near the cup"
 
@@ -56,7 +56,7 @@ def test_one_cursor_and_a_part_that_words_mean(studio, browser):
         lambda: len(balls) == 2 and abs(balls[1].position - session(page).current.at(moment).positions[0]).max() < 1e-3
     )
 
-    page.wait_for_timeout(300)  # the camera has come to rest
+    at_rest(page)
     x, y = place(page, 30)
     page.mouse.move(x + 1, y + 1)
     page.wait_for_function("() => document.querySelector('#dock-tip').innerText.includes('adapted')")
@@ -87,7 +87,7 @@ def test_one_cursor_and_a_part_that_words_mean(studio, browser):
 def test_waypoints_are_picked_and_deleted_and_a_stroke_is_followed(studio, browser):
     page = browser(studio, 1366, 768)
     say(page, SAY)
-    page.wait_for_timeout(500)
+    at_rest(page)
     page.mouse.click(*place(page, 20))
     until(lambda: str(page.view.hand.what.value).startswith("waypoint"))
     picked = int(page.view.hand.what.value.split()[1])
@@ -95,6 +95,8 @@ def test_waypoints_are_picked_and_deleted_and_a_stroke_is_followed(studio, brows
     page.keyboard.press("Delete")
     until(lambda: len(session(page).current) == 59)
     assert session(page).steps[-1].said == f"deleted waypoint {picked}"
+    page.wait_for_function("() => ovitaTimeline.state().paths[1]?.count === 59")
+    at_rest(page)
 
     page.keyboard.down("Shift")
     drag(page, place(page, 15), place(page, 20), place(page, 30))
