@@ -59,9 +59,9 @@ def promised(reply: Reply, trajectory: Trajectory, scene: Scene) -> bool:
     """Whether a policy keeps what it promises; where it does not, the result is told to be not as meant."""
     try:
         rows, recorder = run_proven(parse_tree(reply.code), trajectory.to_array(), scene)
+        adapted = Trajectory.from_array(rows)
     except (OvitaError, ValueError, IndexError, KeyError):
         return False
-    adapted = Trajectory.from_array(rows)
     return all(judge(promise, trajectory, adapted, scene).held for promise in recorder.expectations)
 
 

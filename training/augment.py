@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
 
 from ovita.instruct import slots
-from ovita.instruct.encoder import concepts_of
+from ovita.instruct.encoder import QUERIES, concepts_of
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
@@ -227,6 +227,13 @@ JOINTS = (
     " plus ",
     ". then ",
     " but ",
+    ". after that ",
+    ", next ",
+    ", and afterwards ",
+    ", finally ",
+    " while ",
+    ". oh and ",
+    " - and ",
 )
 BEGINS = (
     "please", "hey", "ok", "ok so", "right ,", "well ,", "um ,", "could you", "can you", "would you", "i want you to",
@@ -357,8 +364,10 @@ def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = fro
             draw = rng.random()
             if draw < 0.07 and simple:
                 sample = rng.choice(simple)
-            if draw > 0.85 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
+            if draw > 0.8 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
                 sample = joined(sample, rng.choice(first if rng.random() < 0.8 else simple), rng)
+                if draw > 0.94:
+                    sample = joined(sample, rng.choice(first), rng)
             elif 0.07 < draw < 0.12:
                 sample = elsewhere(sample, rng)
             yield changed(sample, rng)
@@ -366,7 +375,7 @@ def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = fro
 
 def joined(one: Sample, other: Sample, rng: random.Random) -> Sample:
     """Two sentences as one."""
-    if len(one.atoms) + len(other.atoms) > 4 or len(one.sketch.pieces) + len(other.sketch.pieces) > 60:
+    if len(one.atoms) + len(other.atoms) > QUERIES or len(one.sketch.pieces) + len(other.sketch.pieces) > 60:
         return one
     pieces = list(one.sketch.pieces)
     while pieces and pieces[-1].text in ".!,;?":

@@ -215,7 +215,7 @@ def _height(role: str) -> Build:
 def _signed(found: Sequence[Chunk]) -> Chunk:
     chunk = found[-1]
     q = chunk.q or Quantity(0.0)
-    sign = -1.0 if found[0].kind == "minus" else 1.0
+    sign = -1.0 if found[-2].kind == "minus" else 1.0
     return merged(found, chunk.kind, q=replace(q, value=q.value, said=""), value="minus" if sign < 0 else "plus")
 
 
@@ -406,6 +406,13 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("where (?=(?:start|goal|ends|speed|height) keep )", lambda f: merged(f, "and")),
     ("dec|lower|drop|limit faster (?=to )", lambda f: [f[0], merged(f[1:], "vmax")] if "speed" in f[1].text else None),
     ("keep|pass (?=(?:on |at |to |toward |slight |large |too )*(?:left|right|front|back|up|down|closer|farther) (?!of|OBJ|speed|Q|than))", lambda f: merged(f, "filler")),
+    ("faster (?=(?:of |at |to )?Qv )", lambda f: merged(f, "vmax") if f[0].text.lower().startswith("top") else None),
+    ("speed inc|faster|up constant (?=to )", lambda f: merged(f, "ramp_up")),
+    ("speed dec|slower|drop|down|lower constant (?=to )", lambda f: merged(f, "ramp_down")),
+    ("height plus|minus Qm", lambda f: [merged(f[:2], "up" if f[1].kind == "plus" else "down"), f[2]]),
+    ("Qv from", lambda f: [merged(f[1:], "slower"), replace(f[0], value="by")] if f[1].text.lower() == "off" else None),
+    ("Qm to height", lambda f: [merged(f[1:], "up"), f[0]] if f[1].text.lower() == "onto" else None),
+    ("keep (?=farther Qm from )", lambda f: merged(f, "filler")),
     # numbers
     ("quarter|half of? turns|laps|rotate|circle", _turned),
     ("Qn half|third|quarter|tenth|fifth", _many_thirds),
@@ -432,6 +439,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("before|for? secondhalf|firsthalf", lambda f: _share("last" if f[-1].kind == "secondhalf" else "first", 0.5)(f)),
     ("AT|from? waypoints|nth|1st Qn to?", _point),
     ("halfway|middle on|front", lambda f: _share("last", 0.5)(f)),
+    ("after|from touch|pass? halfway|middle (?!to|and)", lambda f: _share("last", 0.5)(f)),
     ("before touch? halfway|middle", lambda f: _share("first", 0.5)(f)),
     ("from point on|front?", _along("after")),
     ("after|before|from point", lambda f: _along("before" if f[0].kind == "before" else "after")(f)),
@@ -444,6 +452,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("where path? left|right|front|back (?!of|by|OBJ|Q)", lambda f: _plain("heading", direction=f[-1].kind)(f)),
     ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
     ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
+    ("to plus|minus Qpc", _signed),
     ("plus|minus ANYQ", _signed),
     ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
     ("threshold to? Qm", lambda f: merged(f, "threshold")),
@@ -472,7 +481,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("never pass? within Qm", partial(in_role, "at_least")),
     ("within Qm of|from|to|around|near OBJ", _within),
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
-    ("SHARE|Qx as", lambda f: merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
+    ("SHARE|Qx as", lambda f: f[0] if f[0].kind == "Qx" and f[0].number.value > 1 else merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
     ("law to? OBJ comma? law", lambda f: _law(f)),
     ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
     ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),

@@ -356,7 +356,7 @@ class Readings:
 
     def _rules_prevail(self) -> bool:
         """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
-        if not self.whole or self.learned is None:
+        if not self.whole or self.learned is None or "rules" not in self.candidates:
             return False
         mine, theirs = _frames(self.rules), _frames(self.learned)
         doubtful = self.learned.unread or contradictions(self.said, theirs)

@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Build, Chunk, chunks, spoken
+from ovita.instruct.chunks import DOING, SIDEWAYS, Build, Chunk, chunks, spoken
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
@@ -214,7 +214,7 @@ class ReadClause:
         items: Its constituents.
         cost: Of this reading.
         opening: The pause before it.
-        words: Everything that was said in it.
+        words: Everything that was said in its first piece, and a colon behind that.
     """
 
     match: Match | None
@@ -363,7 +363,7 @@ def _joint(span: Sequence[Stretch]) -> float:
         return 0.0
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
-    apart = places > 1 or all(_complete(_clause(p.items, [p])) for p in span)
+    apart = places > 1 or any(map(_opens_with_place, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
@@ -383,7 +383,8 @@ def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
     cost = nothing if best is None else best.cost
     if best is not None and sum(map(_placed_by_itself, span)) > 1:
         cost += nothing  # "left at the start and right at the end" is said of two places
-    return ReadClause(best, items, cost, span[0].opening, span[0].words)
+    listing = {":"} & {word for piece in span[1:] for word in piece.words}
+    return ReadClause(best, items, cost, span[0].opening, span[0].words | listing)
 
 
 STATED = frozenset(
@@ -402,6 +403,11 @@ def _tells(piece: Stretch) -> bool:
 
 SUFFERED = frozenset("faster slower closer shake wave".split())
 """Classes of verbs that say what is wrong where somebody says it of the path: "you're dawdling", "it hugs the wall"."""
+
+
+def _opens_with_place(piece: Stretch) -> bool:
+    """Whether a piece first says where, then what is to be done there: "and near the cup raise it"."""
+    return _places(piece.items) and not (DOING | SIDEWAYS).isdisjoint(c.kind for c in piece.items)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
@@ -437,6 +443,7 @@ class _ClauseReader:
         self.question = ""
         self.asked: tuple[str, ...] = ()
         self.before: ReadClause | None = None
+        self.lead: ReadClause | None = None
 
     def take(self, clause: ReadClause) -> None:
         """Read a clause."""
@@ -462,7 +469,9 @@ class _ClauseReader:
         if frame is None:
             self.unread += [c.text for c in clause.items]
             return
-        frame = placed([*self.earlier, *self.made], _after(frame, clause, self.before, self.made))
+        led = self.lead is not None and _is_led(clause, self.lead)
+        frame = placed([*self.earlier, *self.made], _after(frame, clause, self.before, self.made, led))
+        self.lead = clause if _places(clause.items) else self.lead if led else None
         self.made, self.before = added(self.made, frame), clause
 
 
@@ -480,16 +489,19 @@ def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Seq
 
 
 def _after(
-    frame: F.SemanticFrame, clause: ReadClause, before: ReadClause | None, made: Sequence[F.SemanticFrame]
+    frame: F.SemanticFrame,
+    clause: ReadClause,
+    before: ReadClause | None,
+    made: Sequence[F.SemanticFrame],
+    led: bool,
 ) -> F.SemanticFrame:
     """A frame with what its clause takes from the one before: its part of the path, its end, or where it waits."""
     if before is None or not made:
         return frame
-    if clause.opening == "and":
-        if _leads(before) or "them" in clause.words:
-            frame = shared(made, frame)
-        if "it" in clause.words:
-            frame = of_the_end(made[-1], frame)
+    if led or (clause.opening == "and" and "them" in clause.words):
+        frame = shared(made, frame)
+    if clause.opening == "and" and "it" in clause.words:
+        frame = of_the_end(made[-1], frame)
     then = not frame.part and (goes_on(clause.words) or any(c.kind == "onward" for c in clause.items))
     return afterwards(made[-1], frame) if then else frame
 
@@ -509,12 +521,17 @@ def _which(choice: Chunk) -> str:
     return f"Which {what}: {', '.join(names[:-1])} or {names[-1]}?" if names else f"Which {what} is meant?"
 
 
-def _leads(clause: ReadClause) -> bool:
-    """Whether a clause opens with the part of the path that it is about."""
-    opening = clause.items[0]
-    return opening.kind in ("part", "point", "pair", "within_of") or (
-        opening.kind == "obj" and opening.value in ("at", "near", "by")
-    )
+def _is_led(clause: ReadClause, lead: ReadClause) -> bool:
+    """Whether a clause is about the part that an earlier one opened with: "near the cup: slower, and higher"."""
+    if any(c.kind == "whole" for c in clause.items):
+        return False
+    return clause.opening == "and" or (clause.opening == "comma" and ":" in lead.words)
+
+
+def _places(items: Sequence[Chunk]) -> bool:
+    """Whether constituents begin with a part of the path, an object or an end that says where."""
+    first = next((c for c in items if c.kind not in ("at", "in", "on", "for", "from")), items[0])
+    return first.kind in PLACING | {"halfway"} or (first.kind in ("end", "obj") and first.value in WHERE)
 
 
 QUESTIONS = {

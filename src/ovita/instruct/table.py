@@ -391,7 +391,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Approach, ("inc|more Qm:by distance|gap obj", "inc|more Qm:by farther obj", "inc|more Qm:by obj:from"), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects", "by"), "inc more distance gap farther keep", -0.1),
     Row(F.Approach, ("large distance|gap !Qm|dec|less|smaller|keep",), {"objects": objects()}, {"sense": "farther", "degree": "large"}, ("objects",), "distance path pass keep gap", 0.25),
     Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
-    Row(F.Approach, ("halve|half farther", "farther Qx|Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
+    Row(F.Approach, ("halve|half farther", "farther Qpc:to"), {"objects": objects(), "by": share}, {"sense": "closer"}, ("objects",), "farther keep pass", 0.2),
     Row(F.Approach, ("inc Qm obj !speed",), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects",), "inc", 2.0),
     Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "min|max distance Qn", "keep Qm obj:from", "within_of !speed|faster|slower",
                       "Qm:at_least,at_most distance|farther|near|closer", "Qm:at_least,at_most !left|right|front|back|height|up|ground|axis|over|under"),
@@ -440,7 +440,8 @@ ROWS: tuple[Row, ...] = (
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, takes_part=False),
     Row(F.StopAt, ("short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short")}, {}, (), "short stop end there", -0.1, takes_part=False),
-    Row(F.StopAt, ("stop",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, takes_part=False),
+    Row(F.StopAt, ("stop there",), {"place": lambda c: place()(c)}, {}, ("place",), "stop there", 0.1, takes_part=False),
+    Row(F.StopAt, ("stop !there",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, takes_part=False),
     Row(F.Wait, ("wait", "hover !obj", "stop|keep Qs|Qstep", "obj:at,by,near Qs", "Qs point|end"), {"duration": amount("Qs", "Qstep"), "place": _waiting}, {}, ("place",), "wait hover stop keep duration for there then_on slight", 0.1, takes_part=False),
     Row(F.Hover, ("hover", "wait obj:over", "keep obj:over Qs"), {"duration": amount("Qs", "Qstep"), "by": LENGTH, "objects": objects("over", "", "at", "near", "by", "on")}, {}, ("objects",), "hover wait over up keep raise touch", 0.0, takes_part=False),
     Row(F.Hop, ("hop",), {"by": LENGTH, "objects": objects("over", "", "to", "on", "by")}, {}, ("objects",), "hop over up down raise at_least distance min", 0.0, takes_part=False),
