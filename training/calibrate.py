@@ -110,7 +110,8 @@ def main() -> None:
     with np.load(options.weights) as file:
         arrays = {name: file[name] for name in file.files}
     reader = LearnedReader(Network(arrays))
-    paths = sorted(check.FOLDERS[held_out].glob("*.txt"))
+    folders = (check.HELD_OUT,) if held_out else check.TRAINED
+    paths = sorted(path for folder in folders for path in folder.glob("*.txt"))
     if options.voices.startswith("fold:"):
         k, n = map(int, options.voices.removeprefix("fold:").split("/"))
         paths = paths[k::n]

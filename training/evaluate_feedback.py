@@ -16,7 +16,7 @@ from pathlib import Path
 CORPUS = Path(__file__).parent / "corpus"
 sys.path.insert(0, str(CORPUS))
 
-from check import Example, examples  # noqa: E402
+from check import Example, examples, path_of  # noqa: E402, F401
 
 from ovita.instruct import edits as E  # noqa: E402
 from ovita.instruct import frames as F  # noqa: E402

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from evaluate_feedback import CORPUS, Example, examples, outcome
+from evaluate_feedback import Example, examples, outcome, path_of
 from realised import setting
 
 from ovita.instruct import frames as F
@@ -51,7 +51,7 @@ class Row:
 
 def rows(voice: str) -> Iterator[Row]:
     """The utterances of a voice for which the network is asked."""
-    lines = [line for line in examples(CORPUS / "voices" / f"{voice}.txt") if not line.problem]
+    lines = [line for line in examples(path_of(voice)) if not line.problem]
     told = [line for line in lines if line.before]
     for i, line in enumerate(lines):
         fitting = [one.before for one in told if {n for f in one.before or () for n in f.named} <= {*line.objects}]

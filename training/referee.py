@@ -17,7 +17,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 
 from answers import passes
-from check import Example, examples
+from check import Example, examples, path_of
 from realised import setting
 
 from ovita.errors import OvitaError
@@ -32,7 +32,6 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.generate import reply_for
 
-VOICES = Path(__file__).parent / "corpus" / "voices"
 RIDGE = 1.0
 
 
@@ -84,7 +83,7 @@ def main(weights: str, voices: str) -> None:
     lines = [
         (line, candidates(line, learned))
         for voice in voices.split(",")
-        for line in examples(VOICES / f"{voice}.txt")
+        for line in examples(path_of(voice))
         if line.before is None and not line.problem
     ]
     for name, value in zip(POINTS, fitted([c for _, found in lines for c in found]), strict=True):

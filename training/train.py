@@ -475,7 +475,7 @@ def main() -> None:
         np.savez_compressed(options.to, **averaged(options.average))
         _check(options.to, options.check)
         return
-    paths = sorted(check.FOLDERS[0].glob("*.txt"))
+    paths = sorted(path for folder in check.TRAINED for path in folder.glob("*.txt"))
     if options.without.startswith("fold:"):
         k, n = map(int, options.without[5:].split("/"))
         paths = [path for i, path in enumerate(paths) if i % n != k]

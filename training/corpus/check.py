@@ -17,8 +17,11 @@ from ovita.instruct.frames import SemanticFrame, name_of
 from ovita.instruct.notation import parse, parse_edits
 
 HERE = Path(__file__).parent
-FOLDERS = (HERE / "voices", HERE / "held_out")
-"""Voices to train and tune on, and those that nothing is trained or tuned on."""
+TRAINED = (HERE / "voices", HERE / "drawn")
+"""Voices to train and tune on: of their own wishes, and of readings that were drawn for them."""
+
+HELD_OUT = HERE / "held_out"
+"""Voices that nothing is trained or tuned on."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +80,17 @@ def examples(path: Path) -> Iterator[Example]:
             yield Example(*common, None, reading, problem=str(error))
 
 
+def path_of(voice: str) -> Path:
+    """The file of a voice that may be trained and tuned on."""
+    return next(path for folder in TRAINED if (path := folder / f"{voice}.txt").exists())
+
+
 def main(*folders: Path) -> int:
     """Print the counts and what is wrong; 1 if anything is."""
     counts: Counter[str] = Counter()
     wrong: list[str] = []
     total = 0
-    for path in sorted(path for folder in folders or FOLDERS for path in folder.glob("*.txt")):
+    for path in sorted(path for folder in folders or (*TRAINED, HELD_OUT) for path in folder.glob("*.txt")):
         lines = list(examples(path))
         bad = [f"{path.name}:{line.number}: {line.problem}" for line in lines if line.problem]
         print(f"{path.stem:16} {len(lines):5} sentences, {len(bad)} to look at")

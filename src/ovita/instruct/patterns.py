@@ -478,6 +478,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("closer to? OBJ comma? to Qm (?!of|from|to|around|near|OBJ)", _within),
     ("raise|lower|up|down over OBJ", _higher_there),
     ("over OBJ raise|lower|up|down", _higher_there),
+    ("in (?=Qm of OBJ)", lambda f: merged(f, "within")),
     ("never pass? within Qm", partial(in_role, "at_least")),
     ("within Qm of|from|to|around|near OBJ", _within),
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),

@@ -363,7 +363,8 @@ def _joint(span: Sequence[Stretch]) -> float:
         return 0.0
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
-    apart = places > 1 or any(map(_opens_with_place, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
+    named = any(map(_names_its_own, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
+    apart = places > 1 or named or (places > 0 and any(c.kind == "whole" for p in span for c in p.items))
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
@@ -405,9 +406,10 @@ SUFFERED = frozenset("faster slower closer shake wave".split())
 """Classes of verbs that say what is wrong where somebody says it of the path: "you're dawdling", "it hugs the wall"."""
 
 
-def _opens_with_place(piece: Stretch) -> bool:
-    """Whether a piece first says where, then what is to be done there: "and near the cup raise it"."""
-    return _places(piece.items) and not (DOING | SIDEWAYS).isdisjoint(c.kind for c in piece.items)
+def _names_its_own(piece: Stretch) -> bool:
+    """Whether a piece first says of what, or where: "and near the cup raise it", "and the goal up by 5 cm"."""
+    opens = _places(piece.items) or (piece.items[0].kind == "end" and not piece.items[0].value[1])
+    return opens and not (DOING | SIDEWAYS).isdisjoint(c.kind for c in piece.items)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
