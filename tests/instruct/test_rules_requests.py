@@ -50,6 +50,28 @@ REQUESTS = [
     ("head straight for the goal", "straighten"),
     ("multiply the speed by 1.5", "pace set to=1.5x"),
     ("keep the velocity under 0.3 m/s", "pace at_most=0.3m/s"),
+    # what a part that is named first, or anew, belongs to
+    ("at the end, move down 10 cm and slow down", "move down=10cm @last; pace slower @last"),
+    ("from the halfway mark, go faster and 10 cm left", "pace faster @last=50%; move left=10cm @last=50%"),
+    ("near the fan: slower, 5 cm up and 2 cm left", "pace slower @near=fan; move up=5cm left=2cm @near=fan"),
+    ("in the first half go faster and move the whole path up", "pace faster @first=50%; move up"),
+    ("10 cm left, and after waypoint 30 raise it by 20 cm", "move left=10cm; move up=20cm @after=30wp"),
+    ("it goes 10 cm right, then the last part 20 cm forward", "move right=10cm; move front=20cm @last"),
+    ("the middle up, the whole path a touch left", "move up @middle; move left deg=slight"),
+    ("a bit left, and the goal five centimetres up", "move left deg=slight; end goal up=5cm"),
+    ("slow down at the fan and stop there", "pace slower @near=fan; stop at=fan"),
+    # how much, and which way
+    ("apart from the last part, everything moves 3 cm back", "move back=3cm @!last"),
+    ("two times farther from the fan", "farther fan by=2x"),
+    ("15 cm is as close as you get to the fan", "clearance fan at_least=15cm"),
+    ("stay inside 10 cm of the fan", "clearance fan at_most=10cm"),
+    ("18 inches clear of the fan", "clearance fan at_least=18in"),
+    ("move it 3 in up", "move up=3in"),
+    ("take 0.05 m/s off near the fan", "pace slower by=0.05m/s @near=fan"),
+    ("3 inches onto the height", "move up=3in"),
+    ("let the speed sink evenly to 0.1 m/s", "pace rampdown to=0.1m/s"),
+    ("would you mind going underneath the fan?", "via under=fan"),
+    ("kick off from the fan", "end start to=fan"),
 ]
 
 

@@ -217,7 +217,8 @@ def unit_apart(words: Sequence[str]) -> int | None:
 def _unit_elsewhere(words: Sequence[str], i: int, behind: int) -> tuple[str, float]:
     """The unit of a bare number at i that counts nothing, where one is told apart from its number."""
     at = stray_unit(words)
-    beside = {*words[max(i - 1, 0) : i], *words[behind : behind + 1]}
+    first = i - 3 if words[i - 1 : i] in (["to"], ["through"], ["and"]) else i - 1
+    beside = {*words[max(first, 0) : i], *words[behind : behind + 1]}
     return unit_at(words, at)[:2] if at is not None and beside.isdisjoint(COUNTED | TIMES) else ("", 1.0)
 
 
@@ -292,12 +293,20 @@ MORE = frozenset("more extra additional further".split())
 
 def unit_behind(words: Sequence[str], i: int) -> tuple[str, float, int]:
     """The unit of length or time at word i, also behind a word such as in "two whole feet", with all words taken."""
+    if words[i : i + 1] == ["in"] and ABOUT_INCHES.issuperset(words[i + 1 : i + 2]) and words[i + 2 : i + 3] != ["out"]:
+        return "m", 0.0254, 1
     unit, factor, used = unit_at(words, i)
     if used or not FURTHER.issuperset(words[i : i + 1]):
         return unit, factor, used
     unit, factor, used = unit_at(words, i + 1)
     return (unit, factor, used + 1) if used and unit in ("m", "s") and words[i + 1] not in COUNTED else ("", 1.0, 0)
 
+
+ABOUT_INCHES = frozenset(
+    """. , ; : ! ? ) higher lower up down left right to toward towards away off from above below over clear closer nearer
+    further farther wide high long deep radius swing swings amplitude gap clearance distance forward forwards back ahead and of""".split()
+)
+"""What stands behind an "in" that means inches: "3 in up", not "3 in the middle"."""
 
 FURTHER = frozenset("whole full good solid clear generous decent".split())
 """What may stand between a number, or "a", and its unit: "two whole feet", "a good foot"."""

@@ -363,8 +363,7 @@ def _joint(span: Sequence[Stretch]) -> float:
         return 0.0
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
-    named = any(map(_names_its_own, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
-    apart = places > 1 or named or (places > 0 and any(c.kind == "whole" for p in span for c in p.items))
+    apart = places > 1 or any(map(_names_its_own, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
@@ -408,7 +407,8 @@ SUFFERED = frozenset("faster slower closer shake wave".split())
 
 def _names_its_own(piece: Stretch) -> bool:
     """Whether a piece first says of what, or where: "and near the cup raise it", "and the goal up by 5 cm"."""
-    opens = _places(piece.items) or (piece.items[0].kind == "end" and not piece.items[0].value[1])
+    first = piece.items[0]
+    opens = _places(piece.items) or first.kind in ("whole", "rest") or (first.kind == "end" and not first.value[1])
     return opens and not (DOING | SIDEWAYS).isdisjoint(c.kind for c in piece.items)
 
 
@@ -525,9 +525,13 @@ def _which(choice: Chunk) -> str:
 
 def _is_led(clause: ReadClause, lead: ReadClause) -> bool:
     """Whether a clause is about the part that an earlier one opened with: "near the cup: slower, and higher"."""
-    if any(c.kind == "whole" for c in clause.items):
+    if any(c.kind == "whole" for c in clause.items) or not ALONG.isdisjoint(clause.words):
         return False
     return clause.opening == "and" or (clause.opening == "comma" and ":" in lead.words)
+
+
+ALONG = frozenset("ever never always throughout anywhere everywhere".split())
+"""Words of a clause that is about all of the path, whatever was said before."""
 
 
 def _places(items: Sequence[Chunk]) -> bool:

@@ -469,12 +469,12 @@ ROWS: tuple[Row, ...] = (
     Row(F.Rotate, ("rotate", "turns Qdeg", "clockwise|anticlockwise Qdeg", "tilt clockwise|anticlockwise"), {"angle": angle, "sense": sense, "about": place("around", "of", "at", "on", "with", "from")}, {}, (), "rotate path whole turns quarter tilt axis", 0.05, takes_part=False),
     Row(F.Tilt, ("tilt",), {"angle": amount("Qdeg"), "direction": direction}, {}, ("direction",), "tilt path whole side up raise higher", 0.0, takes_part=False),
     # figures
-    *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "turns": turns, "sense": sense, "place": where},
+    *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "waves" if shape == "wave" else "turns": turns, "sense": sense, "place": where},
           {"shape": shape}, ("place",) if shape == "circle" else (), f"{shape} path whole laps once around circle pass turns size times", -0.1)
       for shape, calls, size, radius, where in (
         ("circle", ("circle", "once|double|triple|turns|laps|Qx obj:around", "once|double|triple|turns|laps around obj", "turns:by obj !slower|faster"), labelled("size"), _radius, AROUND),
         ("spiral", ("spiral",), labelled("size"), _radius, AROUND), ("eight", ("eight",), _swing, labelled("radius"), AROUND),
-        ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave",), _swing, labelled("radius"), ALONG),
+        ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave", "waves"), _swing, labelled("radius"), ALONG),
         ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
     # bounds
     Row(F.Height, ("Hof !never",), {"of": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof"), "level": lambda c: next(i.q for i in c.items if i.kind == "Hof")}, {}, (), "Hof height keep raise lower up down drop path whole", 0.0),
