@@ -72,6 +72,7 @@ REQUESTS = [
     ("let the speed sink evenly to 0.1 m/s", "pace rampdown to=0.1m/s"),
     ("would you mind going underneath the fan?", "via under=fan"),
     ("kick off from the fan", "end start to=fan"),
+    ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
 ]
 
 

@@ -107,6 +107,7 @@ def is_digits(word: str) -> bool:
     return _DIGITS.fullmatch(word) is not None
 
 
+_RANGE = re.compile(r"(?<=\d)(?: ?[–—…] ?| ?\.{2,} ?)(?=\d)")
 _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%)\b)")
 
 
@@ -124,10 +125,11 @@ _FAR_OFF = {
 def written_out(text: str) -> str:
     """A text as long as it was, with what says the same in other signs.
 
-    "v *= 0.5" is "v 0.5x", "stay over 1 m from" is "stay > 1 m from", and "foot-and-a-half" "foot and a half".
+    "v *= 0.5" is "v 0.5x", "stay over 1 m from" is "stay > 1 m from", "8..14" is "8-14", and "foot-and-a-half" "foot and a half".
     """
     for pattern, sign in _FAR_OFF.items():
         text = pattern.sub(sign, text)
+    text = _RANGE.sub(lambda found: "-".ljust(len(found[0])), text)
     text = _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
     return _HALF.sub(" and a half", text)
 
