@@ -72,6 +72,9 @@ REQUESTS = [
     ("let the speed sink evenly to 0.1 m/s", "pace rampdown to=0.1m/s"),
     ("would you mind going underneath the fan?", "via under=fan"),
     ("kick off from the fan", "end start to=fan"),
+    ("move it up and 10 cm to the left", "move up left=10cm"),
+    ("everything a tad forward, and half an inch down", "move front down=0.5in deg=slight"),
+    ("go left 5 cm up 3 cm", "move left=5cm up=3cm"),
     ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
 ]
 

@@ -114,6 +114,7 @@ class Chunk:
         names: Objects that it means.
         q: The quantity that it is.
         value: What else a constituent knows.
+        apart: Whether a pause stands before it.
     """
 
     kind: str
@@ -122,6 +123,7 @@ class Chunk:
     names: tuple[str, ...] = ()
     q: Quantity | None = None
     value: Any = field(default=None)
+    apart: bool = False
 
     @property
     def number(self) -> Quantity:

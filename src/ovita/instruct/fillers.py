@@ -289,7 +289,11 @@ def offset(clause: Constituents) -> F.Offset:
             waiting = None
         elif i not in clause.used and _is_distance(item):
             clause.used.add(i)
-            if found and found[-1][1] is None:
+            if (
+                found
+                and found[-1][1] is None
+                and not (item.apart and _has_its_own(clause.items[i + 1 :], found[-1][0]))
+            ):
                 found[-1] = (found[-1][0], _length(item))
             else:
                 clause.used -= set() if waiting is None else {waiting}
@@ -297,6 +301,12 @@ def offset(clause: Constituents) -> F.Offset:
     if waiting is not None and len(found) == 1 and found[0][1] is None:
         found = [(found[0][0], _length(clause.items[waiting]))]
     return tuple(found)
+
+
+def _has_its_own(behind: Sequence[Chunk], way: str) -> bool:
+    """Whether behind a distance stands a direction of its own, and not the way before it: "up and 10 cm to the left"."""
+    first = next((item for item in behind if item.kind != "to"), None)
+    return first is not None and not first.apart and DIRECTIONS.get(first.kind, way) != way
 
 
 def _is_distance(item: Chunk) -> bool:

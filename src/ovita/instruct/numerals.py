@@ -125,7 +125,7 @@ _FAR_OFF = {
 def written_out(text: str) -> str:
     """A text as long as it was, with what says the same in other signs.
 
-    "v *= 0.5" is "v 0.5x", "stay over 1 m from" is "stay > 1 m from", "8..14" is "8-14", and "foot-and-a-half" "foot and a half".
+    "v *= 0.5" is "v 0.5x", "stay over 1 m from" "stay > 1 m from", "8..14" "8-14", "foot-and-a-half" "foot and a half".
     """
     for pattern, sign in _FAR_OFF.items():
         text = pattern.sub(sign, text)
@@ -305,8 +305,9 @@ def unit_behind(words: Sequence[str], i: int) -> tuple[str, float, int]:
 
 
 ABOUT_INCHES = frozenset(
-    """. , ; : ! ? ) higher lower up down left right to toward towards away off from above below over clear closer nearer
-    further farther wide high long deep radius swing swings amplitude gap clearance distance forward forwards back ahead and of""".split()
+    """. , ; : ! ? ) higher lower up down left right to toward towards away off from above below over clear closer
+    nearer further farther wide high long deep radius swing swings amplitude gap clearance distance forward forwards back
+    ahead and of""".split()
 )
 """What stands behind an "in" that means inches: "3 in up", not "3 in the middle"."""
 

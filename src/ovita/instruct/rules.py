@@ -339,6 +339,7 @@ def _stretch(spoken: Sequence[Chunk], items: Sequence[Chunk], opening: str, begi
     """Some constituents with the words that were said from one place to another."""
     said = [(w, c.kind) for c in spoken if begin <= c.span[0] < end for w in c.text.lower().split()]
     first = next((word for word, kind in said if kind not in PAUSES), "")
+    items = [replace(items[0], apart=bool(opening)), *items[1:]]
     return Stretch(tuple(items), opening, frozenset(word for word, _ in said), first)
 
 
