@@ -306,8 +306,8 @@ def unit_behind(words: Sequence[str], i: int) -> tuple[str, float, int]:
 
 ABOUT_INCHES = frozenset(
     """. , ; : ! ? ) higher lower up down left right to toward towards away off from above below over clear closer
-    nearer further farther wide high long deep radius swing swings amplitude gap clearance distance forward forwards back
-    ahead and of""".split()
+    nearer further farther wide high long deep radius swing swings amplitude gap clearance distance forward forwards
+    back ahead and of""".split()
 )
 """What stands behind an "in" that means inches: "3 in up", not "3 in the middle"."""
 

@@ -372,7 +372,7 @@ def _joint(span: Sequence[Stretch]) -> float:
 def _complete(clause: ReadClause) -> bool:
     """Whether a piece says by itself all that it is about."""
     whole = clause.match is not None and not (clause.match.unread or clause.match.missing)
-    return whole and any(c.kind in PLACING | {"obj", "end"} for c in clause.items)
+    return whole and any(c.kind in PLACING | {"obj", "end", "there"} for c in clause.items)
 
 
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:

@@ -457,7 +457,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Resample, ("merge",), {"amount": count}, {"change": "merge"}, ("amount",), "waypoints merge every of", 0.0, takes_part=False),
     Row(F.Resample, ("Qn waypoints", "double|Qx|halve|Qpc|half|third waypoints"), {"amount": waypoints}, {"change": ""}, ("amount",), "waypoints path whole inc at_most keep", 0.3, takes_part=False, check=_resample),
     # form
-    Row(F.Smooth, ("smooth !dec|less|inc|more", "smooth turns", "dec|less turns"), {}, {}, (), "smooth path whole turns trim avoid dec less touch", 0.25),
+    Row(F.Smooth, ("smooth !dec|less|inc|more", "smooth turns", "dec|less turns"), {}, {}, (), "smooth path whole turns avoid dec less touch", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
     Row(F.Curve, ("more_curve", "inc|more|large curvature !too"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
