@@ -38,8 +38,8 @@ LENGTHS = (
     _unit("cm", "m", 0.01, "cm, centimetre, centimeter, cms, centi"),
     _unit("mm", "m", 0.001, "mm, millimetre, millimeter, mms, millis"),
     _unit("km", "m", 1000.0, "km, kilometre, kilometer, kms"),
-    _unit("in", "m", 0.0254, "inch, inches, in."),
-    _unit("ft", "m", 0.3048, "ft, foot, feet"),
+    _unit("in", "m", 0.0254, "inch, inches, in., ″"),
+    _unit("ft", "m", 0.3048, "ft, foot, feet, ′"),
     _unit("yd", "m", 0.9144, "yard, yd"),
     _unit("thou", "m", 2.54e-5, "thou"),
     _unit(

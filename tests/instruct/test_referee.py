@@ -212,6 +212,7 @@ def test_a_length_without_a_unit_that_fits_the_path_is_in_metres():
         ("delete the first half-dozen waypoints", "trim first=6wp"),
         ("accelerate at point two metres per second squared", "pace accelerate by=0.2m/s2"),
         ("waypoints 8–14 up by 4 cm", "move up=4cm @range=8-14"),
+        ('lower it 0.3"', "move down=0.3in"),
         ("wp 8 … 14 up by 4 cm", "move up=4cm @range=8-14"),
         ("move right 18 in. Then stop at the box", "move right=18in; stop at=box"),
     ],

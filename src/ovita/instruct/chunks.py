@@ -58,7 +58,7 @@ def _sign_between(word: str, before: str, behind: str) -> list[str]:
 
 PIECE = re.compile(
     r"\d+[.,]\d+|\d+(?:st|nd|rd|th)\b|\d+|\.\d+(?=\D|$)|(?:k?m|cm|mm|ft|in|deg)/(?:s(?:ec)?(?:\^?2|²)?|h|min)\b|m/s(?:\^?2|²)"
-    r"|[^\W\d_]+(?:['’][^\W\d_]+)*|-{1,2}>|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
+    r"|[^\W\d_]+(?:['’][^\W\d_]+)*|-{1,2}>|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°″′≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
 )
 CONTRACTION = re.compile(r"(?:i|you|he|she|it|we|they|there|what|who|that|here|how)'?(?:s|re|ve|ll|d|m)")
 SYMBOLS = {
@@ -277,8 +277,12 @@ def _is_short_by(at: _Place) -> bool:
 
 
 def _is_right_there(at: _Place) -> bool:
-    """Whether "right" is no direction: stop "right" at the cup."""
-    return at.word == "right" and not {"stop", "wait"}.isdisjoint(at.classes(-1, 0))
+    """Whether "right" is no direction: stop "right" at the cup; "right" after the cup, go up."""
+    begins = at.classes(-1, 0) in ([], ["comma"], ["dot"], ["and"]) and at.classes(1, 2)[:1] in _WHERE_RIGHT
+    return at.word == "right" and (begins or not {"stop", "wait"}.isdisjoint(at.classes(-1, 0)))
+
+
+_WHERE_RIGHT = (["after"], ["before"], ["between"], ["near"], ["by"])
 
 
 def _is_forbidding(at: _Place) -> bool:
@@ -479,7 +483,7 @@ def _quantity(words: Sequence[str], i: int, length: int) -> Made:
         return None
     own = amount.used > 1 or not amount.unit  # not where the unit was said before
     mixed = is_digits("".join(words[i + 1 : i + 2]))  # "2 1/2"
-    said = "".join(words[i : i + amount.used]) if own and is_digits(words[i]) and not mixed else ""
+    said = "".join(words[i : i + amount.used]).replace("″", "in") if own and is_digits(words[i]) and not mixed else ""
     return _of(UNIT_KIND[amount.unit], q=Quantity(amount.value, amount.unit, "by", said)), amount.used
 
 

@@ -107,6 +107,7 @@ def is_digits(word: str) -> bool:
     return _DIGITS.fullmatch(word) is not None
 
 
+_QUOTED, _INCHES = re.compile(r"(?<![\d ])[\"”]|(?<!\d) [\"”]"), re.compile(r"(?<=\d)[\"”]")
 _RANGE = re.compile(r"(?<=\d)(?: ?[–—…] ?| ?\.{2,} ?)(?=\d)")
 _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%)\b)")
 
@@ -125,10 +126,13 @@ _FAR_OFF = {
 def written_out(text: str) -> str:
     """A text as long as it was, with what says the same in other signs.
 
-    "v *= 0.5" is "v 0.5x", "stay over 1 m from" "stay > 1 m from", "8..14" "8-14", "foot-and-a-half" "foot and a half".
+    "v *= 0.5" is "v 0.5x", "stay over 1 m from" "stay > 1 m from", "8..14" "8-14", 3" 3″, and
+    "foot-and-a-half" "foot and a half".
     """
     for pattern, sign in _FAR_OFF.items():
         text = pattern.sub(sign, text)
+    if not _QUOTED.search(text):
+        text = _INCHES.sub("″", text)
     text = _RANGE.sub(lambda found: "-".ljust(len(found[0])), text)
     text = _PRODUCT.sub(lambda found: f"{found[1]}x".rjust(len(found[0])), text)
     return _HALF.sub(" and a half", text)

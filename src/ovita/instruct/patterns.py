@@ -6,15 +6,14 @@ Each pattern is a row of classes and what they become together; `constituents` a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
-from fractions import Fraction
 from functools import partial
 from typing import Any, cast
 
 from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
 from ovita.instruct.frames import Quantity, Role
+from ovita.instruct.numerals import unit_at
 from ovita.paths.part import PathPart, outside
 
 FLIPPED = {
@@ -54,10 +53,10 @@ def _range_of_points(found: Sequence[Chunk]) -> Chunk:
 def _spread(found: Sequence[Chunk]) -> Chunk:
     """10 to 15 cm: what lies between."""
     a, b = numbers(found)
-    figures = re.match(r"\d+(?:[./]\d+)?", b.said)
-    low = a.value * b.value / float(Fraction(figures[0])) if figures and not a.unit else a.value
-    kind = found[-1].kind
-    return merged(found, kind, q=Quantity((low + b.value) / 2, b.unit))
+    words = found[-1].text.lower().split()
+    factor = next((f for k in range(1, len(words)) for unit, f, _ in (unit_at(words, k),) if unit), 1.0)
+    low = a.value if a.unit else a.value * factor
+    return merged(found, found[-1].kind, q=Quantity((low + b.value) / 2, b.unit))
 
 
 def _point(found: Sequence[Chunk]) -> Chunk:
@@ -396,6 +395,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("back (?=OBJ (?:comma )?(?:Qm (?:up|down) |raise |lower |slower |faster |up |down ))", _behind),
     ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
     ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
+    ("up|raise Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")] if f[0].text.lower() == "pull up" else None),
+    ("whole and part|last|first", lambda f: [merged(f[:1], "except"), *f[2:]] if f[1].text.lower() == "but" else None),
     ("never keep? up|down|raise|lower than OBJ", _height_of),
     ("Qm? up|down|raise|lower than OBJ", _height_of),
     ("at_least|at_most? level|height of|with|to? OBJ", _height_of),

@@ -17,7 +17,7 @@ from typing import Any
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, SIDEWAYS, Build, Chunk, chunks, spoken
 from ovita.instruct.degrees import extent_of
-from ovita.instruct.fillers import CONTENT, FREE, MILD, Constituents, parts
+from ovita.instruct.fillers import CONTENT, FREE, LIMITING, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
 from ovita.instruct.numerals import bare_unit
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
@@ -364,7 +364,8 @@ def _joint(span: Sequence[Stretch]) -> float:
         return 0.0
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
-    apart = places > 1 or any(map(_names_its_own, span[1:])) or all(_complete(_clause(p.items, [p])) for p in span)
+    own = any(map(_names_its_own, span[1:])) or any(map(_is_a_limit, span))
+    apart = places > 1 or own or all(_complete(_clause(p.items, [p])) for p in span)
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
@@ -404,6 +405,11 @@ def _tells(piece: Stretch) -> bool:
 
 SUFFERED = frozenset("faster slower closer shake wave".split())
 """Classes of verbs that say what is wrong where somebody says it of the path: "you're dawdling", "it hugs the wall"."""
+
+
+def _is_a_limit(piece: Stretch) -> bool:
+    """Whether a piece is a bound on the height, and not where something else is to be: "never above 30 cm"."""
+    return [c.kind for c in piece.items] == ["Hq"] and not LIMITING.isdisjoint(piece.words)
 
 
 def _names_its_own(piece: Stretch) -> bool:
