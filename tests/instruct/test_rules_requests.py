@@ -91,6 +91,12 @@ REQUESTS = [
     ("translate it by 0.4 m in the negative y direction", "move -y=0.4m"),
     ("all the way back to where we started", "return"),
     ("height at most 12 cm, the floor is wet", "height at_most=12cm"),
+    ("raise it without changing the speed", "move up; keep speed"),
+    ("accelerate by -0.3 m/s2 near the fan", "pace accelerate by=-0.3m/s2 @near=fan"),
+    ("raise it by -5 cm", "move up=-5cm"),
+    ("bigger, ten percent", "resize larger by=10%"),
+    ("higher in the middle and also a bit to the left overall", "move up @middle; move left deg=slight"),
+    ("slow down to a third near the fan", "pace slower to=33% @near=fan"),
     ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
 ]
 

@@ -315,7 +315,10 @@ def _is_distance(item: Chunk) -> bool:
 
 
 def _length(item: Chunk) -> F.Quantity | None:
-    return None if item.q is None else replace(item.q, unit="m", role="by")
+    if item.q is None:
+        return None
+    q = replace(item.q, unit="m", role="by")
+    return replace(q, value=-q.value, said="") if item.value == "minus" else q
 
 
 def direction(clause: Constituents) -> str | None:

@@ -214,8 +214,11 @@ def _height(role: str) -> Build:
 def _signed(found: Sequence[Chunk]) -> Chunk:
     chunk = found[-1]
     q = chunk.q or Quantity(0.0)
-    sign = -1.0 if found[-2].kind == "minus" else 1.0
-    return merged(found, chunk.kind, q=replace(q, value=q.value, said=""), value="minus" if sign < 0 else "plus")
+    sign = found[-2].kind
+    value = (
+        -q.value if sign == "minus" and chunk.kind == "Qa" else q.value
+    )  # others take the sign from what it stands by
+    return merged(found, chunk.kind, q=replace(q, value=value, said=""), value=sign)
 
 
 def _label(label: str, factor: float = 1.0) -> Build:
@@ -336,6 +339,13 @@ def _height_of(found: Sequence[Chunk]) -> Chunk:
     return merged(found, "Hof", q=Quantity(sign * q.value, "m", cast(Role, bound or "to")))
 
 
+def _size_to_come_to(found: Sequence[Chunk]) -> list[Chunk] | None:
+    """Smaller, 80 %: the size that it is to have, and not how much is taken off; "bigger, 10 %" is how much is added."""
+    share = found[-1].number.value
+    least = 1.0 if found[0].kind == "larger" else 0.5
+    return [merged(found[:1], "resize"), merged(found[-1:], "Qx", q=Quantity(share, "x"))] if share >= least else None
+
+
 def _clear(found: Sequence[Chunk]) -> list[Chunk]:
     """What is not to be touched."""
     return [merged(found[:-1], "clear", value="flipped"), merged(found[-1:], "obj", value="")]
@@ -404,7 +414,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("keep OBJ", lambda f: _clear(f) if "touch" in f[0].text.lower() else None),
     ("Qm farther OBJ", lambda f: [merged(f[:1], "Qm", q=replace(f[0].number, role="at_least")), merged(f[2:], "obj", value="from")] if "clear" in f[1].text.lower() else None),
     ("SHARE from", lambda f: [merged(f[1:], "slower"), merged(f[:1], "Qpc", q=_share_of(f[0]))] if f[1].text.lower() == "off" else None),
-    ("smaller|larger comma approx? Qpc", lambda f: [merged(f[:1], "resize"), merged(f[-1:], "Qx", q=Quantity(f[-1].number.value, "x"))] if f[-1].number.unit == "%" else None),
+    ("smaller|larger comma approx? Qpc", lambda f: _size_to_come_to(f)),
     ("Qpc of size", lambda f: [merged(f[1:], "resize"), merged(f[:1], "Qx", q=Quantity(f[0].number.value, "x"))]),
     ("start Qpc", lambda f: [merged(f[:1], "dec"), f[1]] if f[0].text.lower().startswith("take off") else None),
     ("keep constant", lambda f: [f[0], merged(f[1:], "speed")] if f[1].text.lower().endswith("speed the same") else None),
@@ -459,6 +469,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("where over|up|after|at_least|raise than? Qm ground?", _beyond),
     ("axis to? plus|minus Qm|Qn", lambda f: _axis([*f[:1], _signed(f[-2:])])),
     ("to plus|minus Qpc", _signed),
+    ("by minus Qm", _signed),
     ("plus|minus ANYQ", _signed),
     ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
     ("threshold to? Qm", lambda f: merged(f, "threshold")),
@@ -526,6 +537,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("max of|to|at|under? ANYQ", partial(in_role, "at_most")),
     ("ANYQ max", partial(in_role, "at_most")),
     ("to approx? ANYQ", partial(in_role, "to")),
+    ("to half|third|quarter|tenth|fifth (?!waypoints)", lambda f: merged(f, "Qpc", q=replace(_share_of(f[-1]), role="to"))),
     ("by approx? ANYQ", partial(in_role, "by")),
     ("at approx? Qv", partial(in_role, "to")),
     ("never stop at|by goal", lambda f: merged(f, "extend")),

@@ -320,7 +320,7 @@ def _pieces(row: Sequence[Chunk], spoken: Sequence[Chunk]) -> list[Stretch]:
         pause = chunk.kind in PAUSES
         if items and (pause or _stands_apart(chunk)):
             found.append((items, opening, begin))
-            opening, items, begin = "", [], chunk.span[0]
+            opening, items, begin = "" if pause else "dot", [], chunk.span[0]
         if pause:
             opening = max(opening, chunk.kind, key=lambda kind: STRENGTH[kind])
         else:
@@ -415,8 +415,10 @@ def _is_a_limit(piece: Stretch) -> bool:
 def _names_its_own(piece: Stretch) -> bool:
     """Whether a piece first says of what, or where: "and near the cup raise it", "and the goal up by 5 cm"."""
     first = piece.items[0]
-    opens = _places(piece.items) or first.kind in ("whole", "rest") or (first.kind == "end" and not first.value[1])
-    return opens and not (DOING | SIDEWAYS).isdisjoint(c.kind for c in piece.items)
+    said = {c.kind for c in piece.items}
+    about = bool(said & {"whole", "rest"}) and said.isdisjoint(PLACING | {"obj"})
+    opens = about or _places(piece.items) or (first.kind == "end" and not first.value[1])
+    return opens and not said.isdisjoint(DOING | SIDEWAYS)
 
 
 def _placed_by_itself(piece: Stretch) -> bool:
