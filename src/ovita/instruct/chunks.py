@@ -73,8 +73,13 @@ NUMERIC = tuple(".0123456789")
 ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
             "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
 ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
-ABBREVIATED = frozenset("approx appr ca max min no pls vs incl sec secs deg pos ref traj wp wpt cm mm".split())
+ABBREVIATED = frozenset("approx appr ca max min no pls vs incl sec secs deg pos ref traj wp wpt".split())
 """Words that a full stop may shorten."""
+
+AFTER_CM = frozenset(
+    "left right up down to from above below away off higher at near of and further forward back".split()
+)
+"""What goes on behind a "cm." that is shortened: "5 cm. to the left"."""
 
 COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
            "eighth": 8, "tenth": 10}  # fmt: skip
@@ -391,7 +396,9 @@ def _pieces(text: str) -> list[_Word]:
 
 def _only_shortens(word: str, last: str, following: str) -> bool:
     """Whether a full stop ends no sentence: "approx. 5 cm"."""
-    return word == "." and last.lower() in ABBREVIATED and bool(following) and not following[0].isupper()
+    if word != "." or not following or following[0].isupper():
+        return False
+    return last.lower() in ABBREVIATED or (last.lower() in ("cm", "mm") and following in AFTER_CM)
 
 
 TIMES = ("x", "X", "×")

@@ -15,7 +15,7 @@ from functools import cache
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, SIDEWAYS, Build, Chunk, chunks, spoken
+from ovita.instruct.chunks import COMPARED, DOING, SIDEWAYS, Build, Chunk, chunks, spoken
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.fillers import CONTENT, FREE, LIMITING, MILD, Constituents, parts
 from ovita.instruct.frames import Quantity
@@ -365,15 +365,18 @@ def _joint(span: Sequence[Stretch]) -> float:
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
     own = any(map(_names_its_own, span[1:])) or any(map(_is_a_limit, span))
-    apart = places > 1 or own or all(_complete(_clause(p.items, [p])) for p in span)
+    again = frozenset.intersection(*(frozenset(c.kind for c in p.items) for p in span)) & COMPARED
+    apart = places > 1 or own or (not again and all(map(_complete, span)))
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + apart)
 
 
-def _complete(clause: ReadClause) -> bool:
-    """Whether a piece says by itself all that it is about."""
-    whole = clause.match is not None and not (clause.match.unread or clause.match.missing)
-    return whole and any(c.kind in PLACING | {"obj", "end", "there"} for c in clause.items)
+def _complete(piece: Stretch) -> bool:
+    """Whether a piece says by itself all that it is about; "and left by 3 cm" goes on with what was said."""
+    if piece.first in WHEN or (piece.first not in VERBS and {c.kind for c in piece.items} <= BARE):
+        return False
+    clause = _clause(piece.items, [piece])
+    return clause.match is not None and not (clause.match.unread or clause.match.missing)
 
 
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
@@ -426,6 +429,10 @@ def _placed_by_itself(piece: Stretch) -> bool:
     where = [c for c in piece.items if c.kind in PLACING or (c.kind in ("end", "obj") and c.value in WHERE)]
     return bool(where) and any(c.kind in DOING for c in piece.items)
 
+
+WHEN = frozenset("if when where while whenever wherever once as".split())
+BARE = frozenset("left right front back up down raise lower by to Qm Qn slight large".split())
+"""Words with which a piece begins that says where, and classes that say a direction and how far."""
 
 VERBS = frozenset(
     """go move shift walk drive fly travel bring put push pull take make set get let translate displace relocate offset
