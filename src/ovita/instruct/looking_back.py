@@ -154,9 +154,23 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     if it.best.question or not _idle(it.best.edits, it.said.before):
         found["rules"] = it.reading
     mere = all(isinstance(edit, E.Also) for edit in heard.edits.edits) and not it.said.adds
-    if not (mere or heard.edits.question or _agree(it, heard) or _idle(heard.edits.edits, it.said.before)):
+    against = _turns_round(it.best.edits, heard.edits.edits) or _leaves_an_amount(heard.edits.edits, it.said)
+    if not (mere or against or heard.edits.question or _agree(it, heard) or _idle(heard.edits.edits, it.said.before)):
         found["network"] = heard.edits
     return found
+
+
+def _turns_round(one: Sequence[E.Edit], other: Sequence[E.Edit]) -> bool:
+    """Whether edits are less of something where others are more of it."""
+    changes = [{edit.change for edit in edits if isinstance(edit, E.Rescale)} for edits in (one, other)]
+    return any({a, b} == {"more", "less"} for a in changes[0] for b in changes[1])
+
+
+def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether a step back leaves out how far: "go back by 0.1"."""
+    numbers = [p.number for p in said.pieces if p.number]
+    told = any(q.unit not in ("", "step") or q.value % 1.0 for q in numbers)
+    return told and all(isinstance(edit, E.Command) for edit in edits)
 
 
 def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:

@@ -428,6 +428,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("height plus|minus Qm", lambda f: [merged(f[:2], "up" if f[1].kind == "plus" else "down"), f[2]]),
     ("Qv from", lambda f: [merged(f[1:], "slower"), replace(f[0], value="by")] if f[1].text.lower() == "off" else None),
     ("Qm to height", lambda f: [merged(f[1:], "up"), f[0]] if f[1].text.lower() == "onto" else None),
+    ("END|endup|startat back OBJ", lambda f: [*f[:2], merged(f[2:], "obj", value="of")] if f[1].text.lower() == "behind" else None),
     ("keep (?=farther Qm from )", lambda f: merged(f, "filler")),
     # numbers
     ("quarter|half of? turns|laps|rotate|circle", _turned),

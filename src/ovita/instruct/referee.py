@@ -333,7 +333,8 @@ class Readings:
         if self.learned is None:
             return False
         asks = bool(self.learned.question) and self.learned.confidence >= AGAINST_WHOLE
-        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING)
+        told_apart = any(frame.part.kind == "outside" for frame in _frames(self.rules))  # fast, but slowly near the cup
+        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING and not told_apart)
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
