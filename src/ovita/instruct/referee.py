@@ -74,7 +74,7 @@ WHOLE_READ = 0.58
 AGAINST_WHOLE = 0.88
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
-CERTAIN = 0.9
+CERTAIN = 0.93
 """How likely a reading has to be for words that it leaves not to matter, however few there are."""
 
 CURT, DOUBTED = 5, 10
