@@ -411,7 +411,6 @@ def test_a_side_of_what_was_named_is_passed():
     "said",
     [
         "left of the tower, the floor is still wet on the right",
-        "left of the tower, crowd's going to be on the right",
         "over the tower, not around it",
         "and it must not splash",
         "which I must film for my aunt",
