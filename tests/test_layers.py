@@ -93,7 +93,6 @@ MAY_MATCH_TEXT = {
     "dialogue/parameters.py",
     "instruct/notation.py",
     "instruct/numerals.py",
-    "instruct/patterns.py",
     "instruct/objects.py",
     "instruct/rules.py",
     "instruct/sketch.py",
