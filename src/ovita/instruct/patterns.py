@@ -215,9 +215,7 @@ def _signed(found: Sequence[Chunk]) -> Chunk:
     chunk = found[-1]
     q = chunk.q or Quantity(0.0)
     sign = found[-2].kind
-    value = (
-        -q.value if sign == "minus" and chunk.kind == "Qa" else q.value
-    )  # others take the sign from what it stands by
+    value = -q.value if (sign, chunk.kind) == ("minus", "Qa") else q.value  # of a length `value` tells the sign
     return merged(found, chunk.kind, q=replace(q, value=value, said=""), value=sign)
 
 
@@ -414,7 +412,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("keep OBJ", lambda f: _clear(f) if "touch" in f[0].text.lower() else None),
     ("Qm farther OBJ", lambda f: [merged(f[:1], "Qm", q=replace(f[0].number, role="at_least")), merged(f[2:], "obj", value="from")] if "clear" in f[1].text.lower() else None),
     ("SHARE from", lambda f: [merged(f[1:], "slower"), merged(f[:1], "Qpc", q=_share_of(f[0]))] if f[1].text.lower() == "off" else None),
-    ("smaller|larger comma approx? Qpc", lambda f: _size_to_come_to(f)),
+    ("smaller|larger comma approx? Qpc", _size_to_come_to),
     ("Qpc of size", lambda f: [merged(f[1:], "resize"), merged(f[:1], "Qx", q=Quantity(f[0].number.value, "x"))]),
     ("start Qpc", lambda f: [merged(f[:1], "dec"), f[1]] if f[0].text.lower().startswith("take off") else None),
     ("keep constant", lambda f: [f[0], merged(f[1:], "speed")] if f[1].text.lower().endswith("speed the same") else None),
