@@ -54,13 +54,14 @@ JOINTS = (" and ", ", ", ". ")
 
 @pytest.mark.parametrize("one", WISHES)
 def test_two_plain_wishes_are_read_as_two(one):
-    wrong = []
+    wrong, whole = [], 0
     for i, other in enumerate(WISHES):
         pair = MEANT[one], MEANT[other]
         contrast = all(isinstance(frame, Pace) for frame in pair)  # "slowly, but faster at the end" is said of the rest
         if one == other or contrast:
             continue
         found = read(one + JOINTS[i % 3] + other, SCENE)
+        whole += not found.unread
         if not found.unread and not same(found.frames, pair):
             wrong.append(f"{one}{JOINTS[i % 3]}{other}: {show(found.frames)}")
-    assert not wrong
+    assert not wrong and whole > 0.8 * len(WISHES)

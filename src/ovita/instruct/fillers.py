@@ -289,11 +289,8 @@ def offset(clause: Constituents) -> F.Offset:
             waiting = None
         elif i not in clause.used and _is_distance(item):
             clause.used.add(i)
-            if (
-                found
-                and found[-1][1] is None
-                and not (item.apart and _has_its_own(clause.items[i + 1 :], found[-1][0]))
-            ):
+            open_ = bool(found) and found[-1][1] is None
+            if open_ and not (item.apart and _has_its_own(clause.items[i + 1 :], found[-1][0])):
                 found[-1] = (found[-1][0], _length(item))
             else:
                 clause.used -= set() if waiting is None else {waiting}
