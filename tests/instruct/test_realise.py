@@ -15,6 +15,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.policy.policy import proven, run_proven
 from ovita.policy.source import parse_tree
 from ovita.toolkit.judging import judge
+from ovita.toolkit.speed import travel_time
 
 T = np.linspace(0.0, 1.0, 61)
 PATH = Trajectory(
@@ -215,3 +216,31 @@ def test_what_is_left_of_a_path_that_is_cut_is_what_is_straightened():
     _, rows, broken = done("trim last=10wp; straighten")
     assert not broken
     assert rows[-1, :3] == pytest.approx(PATH.positions[-11])
+
+
+@pytest.mark.parametrize(
+    ("text", "lasts"),
+    [
+        ("pace to=20s", 20.0),
+        ("pace faster by=2s", 5.0),
+        ("pace slower by=3s", 10.0),
+        ("pace at_most=4s", 4.0),
+        ("pace at_most=30s", 7.0),
+        ("move up=10cm; pace to=5s; pace slower @near=cup; wait at=box for=2s", 5.0),
+    ],
+)
+def test_the_way_takes_so_long(text, lasts):
+    path = Trajectory(PATH.positions, PATH.speeds * PATH.duration / 7.0)
+    _, rows, broken = done(text, path=path)
+    assert not broken
+    assert travel_time(rows, np.ones(len(rows), dtype=bool)) == pytest.approx(lasts, rel=1e-3)
+
+
+def test_a_part_takes_so_long():
+    _, rows, broken = done("pace to=5s @last=50%")
+    assert not broken and (rows[:30, 3] == PATH.speeds[:30]).all()
+    assert travel_time(rows, np.arange(len(rows)) >= 31) == pytest.approx(5.0, rel=0.05)
+
+
+def test_a_time_that_is_none_is_asked_about():
+    assert "how long" in realise(parse("pace faster by=60s"), PATH, SCENE).question

@@ -17,7 +17,10 @@ from ovita.instruct.frames import SemanticFrame, name_of
 from ovita.instruct.notation import parse, parse_edits
 
 HERE = Path(__file__).parent
-TRAINED = (HERE / "voices", HERE / "drawn")
+DRAWN = HERE / "drawn"
+"""Voices that say readings which were drawn for them, in any order."""
+
+TRAINED = (HERE / "voices", DRAWN)
 """Voices to train and tune on: of their own wishes, and of readings that were drawn for them."""
 
 HELD_OUT = HERE / "held_out"

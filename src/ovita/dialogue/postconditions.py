@@ -59,7 +59,7 @@ def answered(said: str) -> tuple[bool | None, str]:
 
 _SUBJECTS = {
     **dict.fromkeys(("closer", "farther", "distance", "visits"), "place"),
-    **dict.fromkeys(("slower", "faster", "speed", "stop"), "speed"),
+    **dict.fromkeys(("slower", "faster", "speed", "duration", "stop"), "speed"),
     "start": "start",
     "goal": "goal",
 }

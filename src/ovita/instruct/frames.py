@@ -188,12 +188,13 @@ class Side(SemanticFrame):
 class Pace(SemanticFrame):
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law.
 
-    `amount` has the role by, to, at_least ("floor") or at_most ("cap"); for "accelerate" it is in m/s2.
+    `amount` has the role by, to, at_least ("floor") or at_most ("cap"); for "accelerate" it is in m/s2. In "s" it is the
+    time that the way takes, standing still left out.
     """
 
     NAME = "pace"
     change: Literal["faster", "slower", "set", "cap", "floor", "constant", "rampup", "rampdown", "turns", "accelerate"]
-    amount: Quantity | None = field(default=None, metadata=_in("m/s", "%", "x", "m/s2", ""))
+    amount: Quantity | None = field(default=None, metadata=_in("m/s", "%", "x", "m/s2", "s", ""))
 
     @property
     def factor(self) -> float | None:

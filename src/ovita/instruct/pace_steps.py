@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import cast
 
+import numpy as np
+
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER
@@ -12,7 +14,7 @@ from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
-from ovita.toolkit.speed import slow_turns
+from ovita.toolkit.speed import slow_turns, travel_time
 
 STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
 
@@ -53,7 +55,23 @@ class _Speed:
 
 def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law."""
-    _LAWS.get(frame.change, _change)(_Speed(builder, frame))
+    lasts = frame.amount is not None and frame.amount.unit == "s"
+    (_last if lasts else _LAWS.get(frame.change, _change))(_Speed(builder, frame))
+
+
+def _last(s: _Speed) -> None:
+    """Take so long for the way, or so much longer or less long."""
+    q, rows = s.q or F.Quantity(0.0), s.builder.rows()
+    part = s.mask if len(rows) == len(s.mask) else np.ones(len(rows), dtype=bool)
+    now, cap = travel_time(rows, part), s.frame.change == "cap"
+    change = {"faster": now - q.value, "slower": now + q.value}.get(s.frame.change, q.value)
+    lasts = short(change if q.role == "by" else q.value)
+    if lasts <= 0 or now == 0 or s.frame.change == "floor":
+        s.builder.ask(f"It takes {now:.3g} s now: how long should it take?")
+    name = s.builder.knob("duration", lasts, "at_most" if cap else "to", "time for the way", "amount", unit="s")
+    call, promise = f"set_duration(traj, {name}{s.argument})", f"{'at_most=' if cap else ''}{name}{s.argument}"
+    s.add(call if now > lasts or not cap else "traj", f"Take {'at most ' if cap else ''}{lasts:g} s for the way",
+          f"expect_duration({promise})", holds=cap and now <= lasts)  # fmt: skip
 
 
 def _change(s: _Speed) -> None:

@@ -98,6 +98,8 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
     at_the_end = frame.part.kind == "last" and (frame.part.amount is None or frame.part.unit == "share")
     if isinstance(frame, F.Pace) and frame.change != "set" and at_the_end and builder.has(F.StopAt, F.Trim):
         return len(ORDER)
+    if isinstance(frame, F.Pace) and frame.amount is not None and frame.amount.unit == "s":
+        return len(ORDER)  # how long the way takes depends on all of it
     if isinstance(frame, F.Straighten) and not frame.part and builder.has(F.Trim):
         return RANK["trim"]
     if isinstance(frame, F.Pace) and frame.change in RANK:

@@ -279,7 +279,7 @@ def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
         case F.Pace(change="faster" | "slower" as change, amount=None):
             return [(("pace", frame.part), *_side(change == "faster"))]
         case F.Pace(change="cap" | "floor", amount=F.Quantity() as q):
-            return [(("speed", frame.part), *_limits(q))]
+            return [(("duration" if q.unit == "s" else "speed", frame.part), *_limits(q))]
         case F.Approach(sense=sense, objects=objects):
             return [(("near", name), *_side(sense == "closer")) for name in objects]
         case F.Clearance(objects=objects, distance=q):

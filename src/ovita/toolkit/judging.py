@@ -17,6 +17,7 @@ from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, aimed, point
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import called, say
+from ovita.toolkit.speed import travel_time
 
 TINY, RELATIVE = 1e-6, 1e-3
 """What rounding and interpolation may change: metres (or m/s), and relative to the old value."""
@@ -497,6 +498,14 @@ def _speed_value(case: _Case) -> Outcome:
     return Outcome(held, sentence, change, "m/s")
 
 
+def _duration(case: _Case) -> Outcome:
+    before, now = (travel_time(*of) for of in ((case.original, case.old), (case.adapted, case.new)))
+    ((name, asked),) = case.asked("value", "at_most").items()
+    slack = SLACK_RELATIVE * asked if name == "value" else KEPT_RELATIVE * asked
+    said = f"{now:.3g} s (asked {'at most ' if name == 'at_most' else ''}{asked:g} s)"
+    return _bounded([_Bound(0.0 if name == "value" else -1.0, asked, before, now, slack, said)], "the way takes ", unit="s")
+
+
 def _stop(case: _Case) -> Outcome:
     speeds = case.adapted[:, 3]
     if not case.named:
@@ -603,6 +612,7 @@ _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "acceleration": _acceleration,
     "closer": lambda case: _approach(case, -1.0),
     "distance": _distance,
+    "duration": _duration,
     "farther": lambda case: _approach(case, 1.0),
     "faster": lambda case: _pace(case, 1.0),
     "goal": lambda case: _end(case, -1, "goal"),

@@ -253,6 +253,27 @@ def expect_speed(
 
 
 @operation("State what is meant")
+def expect_duration(
+    value: float | None = None,
+    where: ArrayLike | None = None,
+    *,
+    at_most: float | None = None,
+    recorder: Recorder | None = None,
+) -> Expectation:
+    """The way takes so many seconds, within 10 %, or at_most so many; standing still is on top.
+
+    Args:
+        value: [s], >= 0.
+        at_most: [s], >= 0.
+    """
+    limits = _limits(0.0, value=value, at_most=at_most)
+    if len(limits) != 1:
+        raise ValueError("give value or at_most, in seconds")
+    asked = "".join(f"{name.replace('_', ' ')} {v:g} s".removeprefix("value ") for name, v in limits.items())
+    return _note("duration", {**limits, **_where(where)}, f"the way takes {asked}{_part(where)}", recorder)
+
+
+@operation("State what is meant")
 def expect_stop(
     near: Target | None = None,
     *,

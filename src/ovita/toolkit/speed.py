@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.geometry import Mask, fractions, runs
-from ovita.paths.trajectory import Array, arc_length
+from ovita.paths.trajectory import REST, Array, arc_length
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import ROUNDING, Place, eased, smoothstep, snapped
 from ovita.toolkit.catalogue import operation
@@ -70,6 +70,29 @@ def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) 
     rows = arguments.waypoints(traj)
     rows[arguments.mask(where, len(rows)), 3] = arguments.number(speed, "speed", low=0.0)
     return rows
+
+
+@operation("Speed")
+def set_duration(traj: ArrayLike, seconds: float, *, where: ArrayLike | None = None) -> Array:
+    """Take so many seconds for the way, by one factor on its speeds; standing still is on top.
+
+    Args:
+        seconds: [s], > 0.
+    """
+    rows = arguments.waypoints(traj)
+    chosen = arguments.mask(where, len(rows))
+    now = travel_time(rows, chosen)
+    if now == 0.0:
+        raise ValueError("that part has no length, so it cannot take so many seconds; choose two waypoints or more")
+    rows[chosen, 3] *= now / arguments.positive(seconds, "seconds")
+    return rows
+
+
+def travel_time(rows: Array, part: Mask) -> float:
+    """The time that the segments inside a part (N,) of a trajectory (N, 4+) take, standing still left out [s]."""
+    ds, total = np.diff(arc_length(rows[:, :3])), rows[:-1, 3] + rows[1:, 3]
+    moving = part[:-1] & part[1:] & (ds > 0.0) & (total > REST)
+    return float((2.0 * ds[moving] / total[moving]).sum())
 
 
 @operation("Speed")
