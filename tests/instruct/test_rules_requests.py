@@ -8,6 +8,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import same
 from ovita.instruct.notation import parse, show
+from ovita.instruct.numerals import written_out
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -98,16 +99,26 @@ REQUESTS = [
     ("higher in the middle and also a bit to the left overall", "move up @middle; move left deg=slight"),
     ("slow down to a third near the fan", "pace slower to=33% @near=fan"),
     ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
+    # points, steps along the axes, and what is not meant
+    ("set the goal to (1, 2, 0.5)", "end goal to=(1:2:0.5)"),
+    ("end at x=0.3, y=-0.2, z=.1", "end goal to=(0.3:-0.2:0.1)"),
+    ("go through [0.3, 0.2, 0.1] and slow down near it", "via (0.3:0.2:0.1); pace slower @near=(0.3:0.2:0.1)"),
+    ("circle around (0.5, 0.5, 0.3) twice", "circle (0.5:0.5:0.3) turns=2"),
+    ("shift it by (0.10, -0.05, 0.02)", "move x=0.1m -y=0.05m z=0.02m"),
+    ("offset the trajectory by [0.1, 0, 0]", "move x=0.1m"),
+    ("pass left of the cup, not right of it", "side cup left"),
+    ("pass the fan on the left instead of the right", "side fan left"),
+    ("raise it rather than lower it", "move up"),
 ]
 
 
 def doubts(sentence, reading):
-    return contradictions(chunks(sentence, SCENE, PATH.positions)[0], reading.frames)
+    return contradictions(chunks(written_out(sentence), SCENE, PATH.positions)[0], reading.frames)
 
 
 @pytest.mark.parametrize(("sentence", "notation"), REQUESTS, ids=[r[0] for r in REQUESTS])
 def test_a_request_is_read_whole(sentence, notation):
-    reading = read(sentence, SCENE, PATH.positions)
+    reading = read(written_out(sentence), SCENE, PATH.positions)
     assert same(reading.frames, parse(notation, SCENE.names)), show(reading.frames)
     assert not (reading.unread or reading.question or reading.improper or doubts(sentence, reading))
 

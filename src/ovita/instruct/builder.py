@@ -165,7 +165,7 @@ class PolicyBuilder:
             if known is item:
                 return name
         plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in canonical(item.name))
-        name = "_".join(filter(None, plain.split("_"))) or "item"
+        name = "point" if item.name.startswith("(") else "_".join(filter(None, plain.split("_"))) or "item"
         name = self._free(f"the_{name}" if name[0].isdigit() or name in self._taken else name)
         self.objects[name] = item
         return name

@@ -17,7 +17,7 @@ from ovita.instruct.lexicon import DETERMINERS, term_at
 from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, is_digits, more_first, unit_apart
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
-from ovita.paths.scene import Scene
+from ovita.paths.scene import POINT, Scene
 from ovita.paths.trajectory import Array
 
 SIGNS = ("-", "+", "_", "/")
@@ -57,6 +57,7 @@ def _sign_between(word: str, before: str, behind: str) -> list[str]:
 
 
 PIECE = re.compile(
+    rf"{POINT.pattern}|"
     r"\d+[.,]\d+|\d+(?:st|nd|rd|th)\b|\d+|\.\d+(?=\D|$)|(?:k?m|cm|mm|ft|in|deg)/(?:s(?:ec)?(?:\^?2|²)?|h|min)\b|m/s(?:\^?2|²)"
     r"|[^\W\d_]+(?:['’][^\W\d_]+)*|-{1,2}>|>=|<=|=>|=<|\+=|-=|\+/?-|\.\.+|[%°″′≥≤<>=@&~±×+\-/_.,;:!?()–—→]"
 )
@@ -388,7 +389,7 @@ def _pieces(text: str) -> list[_Word]:
         multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
         if multiplies or (glued and _only_shortens(word, last, following)):
             continue
-        found += [_Word(part, match.span()) for part in SYMBOLS.get(word, word).split()]
+        found += [_Word(part, match.span()) for part in ([word] if POINT.fullmatch(word) else SYMBOLS.get(word, word).split())]
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
@@ -445,8 +446,8 @@ def _chunk(
     kind, length = ("", 0) if _sign(word) else _least(_Place(lowered, i, *_term(lowered, i)), found)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
     options: tuple[Callable[[], Made], ...] = (
-        lambda: _sign(word),
         lambda: _thing(lowered, i, catalog, earlier, kind, length),
+        lambda: _sign(word),
         lambda: (_of("filler"), 1) if i == apart else None,
         lambda: _quantity(lowered, i, length),
         lambda: _pronoun(word, earlier, found) if length <= 1 else None,
@@ -474,7 +475,7 @@ def _sign(word: str) -> Made:
 
 def _thing(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[str, ...], kind: str, length: int) -> Made:
     """Objects that are named or described, by as many words at least as any class."""
-    if not words[i][0].isalnum() or kind in PLACING:
+    if not (words[i][0].isalnum() or POINT.fullmatch(words[i])) or kind in PLACING:
         return None
     mention = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in earlier))
     if mention is None or mention.used < length or (mention.unclear and kind):

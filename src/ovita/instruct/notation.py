@@ -298,6 +298,8 @@ class _Words:
         return Where(key, place if isinstance(place, tuple) else (place,))
 
     def object(self, word: str) -> str:
+        if word.startswith("("):
+            return word.replace(":", ", ")  # a point by its coordinates
         for name in self.objects:
             if word.replace("_", " ") == name.replace("_", " "):
                 return name
@@ -418,7 +420,7 @@ def _set(word: str, on: str) -> E.Set:
 
 
 def _joined(names: Sequence[Any]) -> str:
-    return "+".join(name.replace(" ", "_") for name in names)
+    return "+".join(name.replace(", ", ":").replace(" ", "_") for name in names)
 
 
 def _number(q: F.Quantity) -> str:

@@ -112,6 +112,19 @@ _RANGE = re.compile(r"(?<=\d)(?: ?[–—…] ?| ?\.{2,} ?)(?=\d)")
 _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%)\b)")
 
 
+_SIGNED = r"([-−]?(?:\d+\.?\d*|\.\d+))"
+_TRIPLE = re.compile(rf"[(\[] ?{_SIGNED}, ?{_SIGNED}, ?{_SIGNED} ?[)\]]")
+_AXES = re.compile(rf"\bx ?[=:] ?{_SIGNED}[,;]? (?:and )?y ?[=:] ?{_SIGNED}[,;]? (?:and )?z ?[=:] ?{_SIGNED}(?! ?[\w%])")
+_STEP = re.compile(rf"\b(?:by|offset|shift|translation|vector)(?: it)?(?: by| of)? {_TRIPLE.pattern}")
+
+
+def _steps(found: re.Match[str]) -> str:
+    """A step along the axes, where there is room for it in words."""
+    values = zip("xyz", found.groups(), strict=True)
+    along = " ".join(f"{axis}{'' if value[0] in '-−' else '+'}{value}" for axis, value in values if float(value.replace("−", "-")))
+    return along.ljust(len(found[0])) if along and len(along) <= len(found[0]) else found[0]
+
+
 _HALF = re.compile(r"[- ](?:and|an'|'n')[- ]a[- ]half\b", re.IGNORECASE)
 
 
@@ -126,9 +139,12 @@ _FAR_OFF = {
 def written_out(text: str) -> str:
     """A text as long as it was, with what says the same in other signs.
 
-    "v *= 0.5" is "v 0.5x", "stay over 1 m from" "stay > 1 m from", "8..14" "8-14", 3" 3″, and
-    "foot-and-a-half" "foot and a half".
+    "v *= 0.5" is "v 0.5x", "stay over 1 m from" "stay > 1 m from", "8..14" "8-14", 3" 3″, "foot-and-a-half"
+    "foot and a half", "x=1, y=2, z=3" and "[1, 2, 3]" "(1, 2, 3)", and "by (0.1, 0, 0.2)" "x+0.1 z+0.2".
     """
+    text = _STEP.sub(_steps, text)
+    for point in (_AXES, _TRIPLE):
+        text = point.sub(lambda found: f"({','.join(found.groups())})".replace("−", "-").ljust(len(found[0])), text)
     for pattern, sign in _FAR_OFF.items():
         text = pattern.sub(sign, text)
     if not _QUOTED.search(text):

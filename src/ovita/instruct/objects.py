@@ -11,10 +11,11 @@ import numpy as np
 from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.numerals import NUMBER_WORDS
 from ovita.limits.problem import is_support
-from ovita.paths.scene import Scene, SceneObject, canonical
+from ovita.paths.scene import POINT, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 
 WORD = re.compile(
+    rf"{POINT.pattern}|"
     r"\d+[.,]\d+|\d+|\.\d+|m/s(?:\^?2|²)|m/s|cm/s|mm/s|km/h|[^\W\d_]+(?:['’][^\W\d_]+)?|%|°|[.,;:!?()]|[-+_/]"
 )  # the pieces that a sentence, a name and a description are cut into
 
@@ -189,6 +190,8 @@ class Catalog:
             i: Where the mention would begin.
             earlier: The objects that were named last.
         """
+        if POINT.fullmatch(words[i]):
+            return Mention((self.scene[words[i]],), 1)
         described, named = self._described(words, i, earlier), self._named(words, i)
         if named is not None and (described is None or described.unclear or named.used >= described.used):
             return named

@@ -305,9 +305,10 @@ def _bound(chunk: Chunk, role: str, kind: str = "", **more: str) -> Chunk:
 
 def _one_side(found: Sequence[Chunk]) -> list[Chunk] | None:
     """Left of it, not right of it: the other side that is denied says nothing more."""
-    sides = [c for c in found if c.kind in OTHER]
-    denied = merged(sides[:1], sides[0].kind, span=found[-1].span, value="flipped")
-    return [*found[: kinds(found).index("never")], denied] if OTHER[sides[0].kind] == sides[1].kind else None
+    one, other = (c for c in found if c.kind in OTHER)
+    last = next((i for i, c in enumerate(found) if c.kind == "OBJ"), found.index(one))
+    said = merged(found[last:], found[last].kind, names=found[last].names)
+    return [*found[:last], said] if OTHER[one.kind] == other.kind else None
 
 
 def _two_speeds(found: Sequence[Chunk]) -> list[Chunk]:
@@ -397,6 +398,7 @@ def _either(names: tuple[str, ...], radius: float | None) -> PathPart:
 PATTERNS: tuple[tuple[str, Build], ...] = (
     ("speed keep? over|under|up|down|raise|lower|faster|slower than? Qn|Qv and|comma keep|speed? over|under|up|down|raise|lower|faster|slower than? Qn|Qv", _two_speeds),
     ("DIR|over|under of|to|from? OBJ comma|and? never pass? on|to|at|in? DIR|over|under of|to|from? OBJ?", _one_side),
+    ("left|right|front|back comma|and? never pass? on|to|at|in? left|right|front|back (?!of|OBJ)", _one_side),
     ("back|reverse by? Qm once? at|on|in|near|after goal", _back_along),
     ("at|on|in|near|after goal comma? back|reverse by? Qm", _back_along),
     ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),

@@ -57,7 +57,7 @@ PIECE = re.compile(rf"{WORD.pattern}|\S")
 JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 """The sign that joins two words, as in "forty-five"."""
 
-SPELT_OUT = str.maketrans({"_": " ", "=": " ", "+": " and ", "@": " in "})
+SPELT_OUT = str.maketrans({"_": " ", "=": " ", "+": " and ", "@": " in ", ":": ","})
 """Signs of the notation in words."""
 
 
@@ -191,7 +191,7 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 def _mention_at(
     words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
-    if not words[i].lstrip(".")[:1].isalnum():
+    if not words[i].lstrip(".")[:1].isalnum() and not words[i][:-1].startswith("("):
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))

@@ -364,11 +364,13 @@ class Scene:
         return replace(self, objects=objects, frame=target)
 
     def find(self, name: str) -> SceneObject | None:
-        """The one object that `name` can mean, or None.
+        """The one object that `name` can mean, or None; "(0.3, 0.2, 0.1)" is the point there, in the scene's frame [m].
 
         Tried in turn, each accepted only if exactly one object fits: the same words, the same words without
         a plural s, a name that contains all the words, a close spelling.
         """
+        if POINT.fullmatch(name):
+            return _point(name)
         wanted = canonical(name)
         fits = next(filter(None, self._fitting(wanted)), []) if wanted else []
         return fits[0] if len(fits) == 1 else None
@@ -389,6 +391,19 @@ class Scene:
     @cached_property
     def _singular(self) -> tuple[str, ...]:
         return tuple(map(_singular, self._canonical))
+
+
+_COORDINATE = r"-?(?:\d+\.?\d*|\.\d+)"
+POINT = re.compile(rf"\( ?{_COORDINATE}, ?{_COORDINATE}, ?{_COORDINATE} ?\)")
+"""A point by its coordinates."""
+
+
+@lru_cache(maxsize=1024)
+def _point(name: str) -> SceneObject:
+    """The object without a size that a point is; always the same one."""
+    place = [float(value) for value in name.strip("()").split(",")]
+    plain = f"({', '.join(f'{value:g}' for value in place)})"
+    return SceneObject(name, place) if name == plain else _point(plain)
 
 
 @lru_cache(maxsize=1024)
