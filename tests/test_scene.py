@@ -70,6 +70,14 @@ def test_ambiguous_and_unknown_names_are_not_guessed():
         s["vase"]
 
 
+def test_a_point_goes_by_its_coordinates():
+    there = scene("cup")["(0.3, -0.2,.1)"]
+    assert there.position.tolist() == [0.3, -0.2, 0.1] and there.name == "(0.3, -0.2, 0.1)"
+    assert scene("box")["(0.30, -0.2, 0.1)"] is there and there.dimensions is None
+    with pytest.raises(UnknownObject):
+        scene("cup")["(0.3, -0.2)"]
+
+
 def test_duplicate_names_are_refused():
     with pytest.raises(SceneError, match=r"two objects are named 'CUP' \(numbers 0 and 2\)"):
         scene("cup", "box", "CUP")

@@ -17,6 +17,7 @@ from ovita.instruct.encoder import QUERIES, concepts_of
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
+from ovita.instruct.numerals import written_out
 from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
 from ovita.instruct.slots import Atom
 from ovita.paths.scene import Scene, SceneObject
@@ -105,7 +106,7 @@ def sample_of(
     example: check.Example, atoms: tuple[Atom, ...], known: frozenset[str], misses: list[str] | None = None
 ) -> Sample:
     """A line with its slots aligned to what its words mention."""
-    seen = sketch(example.sentence, scene_of(example.objects), None, example.before, known)
+    seen = sketch(written_out(example.sentence), scene_of(example.objects), None, example.before, known)
     used: set[int] = set()
     pointers = []
     atoms = tuple(_as_said(atom, seen.mentions) for atom in atoms)

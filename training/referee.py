@@ -25,6 +25,7 @@ from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
 from ovita.instruct.frames import Reading, same
 from ovita.instruct.learned import LearnedReader
+from ovita.instruct.numerals import written_out
 from ovita.instruct.referee import POINTS, both_readings, in_units
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene
@@ -38,11 +39,12 @@ RIDGE = 1.0
 def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float], bool]]:
     """The grounds of each reader's reading of a line, and whether the reading is right; one that both share once."""
     path, scene = setting(line.frames, line.objects)
-    said, _ = chunks(line.sentence, scene, path.positions)
-    heard = learned.hear(line.sentence, scene, path.positions)
+    text = written_out(line.sentence)
+    said, _ = chunks(text, scene, path.positions)
+    heard = learned.hear(text, scene, path.positions)
     one, other = (
         in_units(reading, said, path.positions)
-        for reading in (read(line.sentence, scene, path.positions), learned.reading(heard))
+        for reading in (read(text, scene, path.positions), learned.reading(heard))
     )
     weighed = {"rules": heard.weigh(one.frames), "learned": heard.weigh(other.frames)}
     both = both_readings(said, one, other, weighed)

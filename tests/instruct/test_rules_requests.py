@@ -99,6 +99,15 @@ REQUESTS = [
     ("higher in the middle and also a bit to the left overall", "move up @middle; move left deg=slight"),
     ("slow down to a third near the fan", "pace slower to=33% @near=fan"),
     ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
+    # how long the way takes
+    ("make it take 20 seconds", "pace to=20s"),
+    ("finish in 10 s", "pace to=10s"),
+    ("the whole thing should last half a minute", "pace to=30s"),
+    ("it should take at most 15 seconds", "pace at_most=15s"),
+    ("do the first half in 4 s", "pace to=4s @first=50%"),
+    ("be done in 12 seconds and stay away from the cup", "pace to=12s; farther cup"),
+    ("slow down in the last 5 seconds", "pace slower @last=5s"),
+    ("wait at the cup for 5 s and take it slow", "wait at=cup for=5s; pace slower"),
     # points, steps along the axes, and what is not meant
     ("set the goal to (1, 2, 0.5)", "end goal to=(1:2:0.5)"),
     ("end at x=0.3, y=-0.2, z=.1", "end goal to=(0.3:-0.2:0.1)"),

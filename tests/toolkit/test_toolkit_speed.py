@@ -12,12 +12,14 @@ from ovita.toolkit import (
     exponential_speed,
     ramp_speed,
     scale_speed,
+    set_duration,
     set_speed,
     shift_speed,
     slow_turns,
     stop_at,
     trapezoid_speed,
 )
+from ovita.toolkit.speed import travel_time
 
 OPERATIONS = {
     "scale": lambda t, m: scale_speed(t, 0.5, where=m),
@@ -34,6 +36,7 @@ OPERATIONS = {
     "trapezoid": lambda t, _: trapezoid_speed(t, 0.7),
     "turns": lambda t, _: slow_turns(t, 0.3),
 }
+OPERATIONS["duration"] = lambda t, m: set_duration(t, 3.0, where=m) if travel_time(t, m) else t
 WHOLE = ("trapezoid", "turns")
 speeds = st.floats(0, 2).map(lambda v: round(v, 3))
 
@@ -249,3 +252,19 @@ def test_a_law_leaves_a_dwell_at_rest(line):
     for out in (trapezoid_speed(rows), exponential_speed(rows, 0.2, 0.6), accelerate(rows, 1.0), slow_turns(rows)):
         assert (out[10:17, 3] == 0).all() and out[9, 3] > 0
         assert Trajectory.from_array(out).durations[10:16].sum() == pytest.approx(0.6)
+
+
+@modest
+@given(paths_and_masks(), st.floats(0.1, 100))
+def test_a_part_takes_so_many_seconds(drawn, seconds):
+    rows, mask = drawn
+    if travel_time(rows, mask) > 1e-6:
+        assert travel_time(set_duration(rows, seconds, where=mask), mask) == pytest.approx(seconds)
+
+
+def test_what_has_no_length_takes_no_time():
+    rows = np.array([[0, 0, 0, 1.0], [1, 0, 0, 1.0]])
+    with pytest.raises(ValueError, match="no length"):
+        set_duration(rows, 2.0, where=[True, False])
+    with pytest.raises(ValueError, match="seconds"):
+        set_duration(rows, 0.0)

@@ -338,7 +338,31 @@ def _is_resting(at: _Place) -> bool:
     return rests and at.behind in ("at", "on", "by", "above", "near", "for")
 
 
+LASTING = frozenset("take takes taking lasting lasts duration".split())
+ENDING = frozenset(
+    """finish finished finishes done complete completed there arrive arrived over it thing all path trajectory run way trip
+    motion route half third part leg stretch""".split()
+)
+ABOUT = frozenset(
+    "at most least no not more longer less than under about exactly only just up to a total of max".split()
+)
+
+
+def _is_lasting(at: _Place) -> bool:
+    """Whether it says how long the way takes: "take" 20 s, finish "in" 10 s, it should "last" half a minute."""
+    says = at.bare(*LASTING) or (at.bare("in", "within") and at.before in ENDING)
+    says = says or (at.word == "last" and at.before in ("should", "must", "to", "it", "will", "shall"))
+    begin = at.i + (at.length if at.word in ENDING and at.last in ("in", "within") else 1)
+    amount = next((j for j in range(begin, min(begin + 5, len(at.words))) if at.words[j] not in ABOUT), 0)
+    if not amount or not (says or begin > at.i + 1):
+        return False
+    q = amount_at(at.words, amount) or amount_at(at.words, amount - 1)
+    return q is not None and q.unit == "s"
+
+
 _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
+    (lambda at: _is_lasting(at) and at.last not in ("in", "within"), ("lasting", 1)),
+    (_is_lasting, ("lasting", 0)),
     (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
     (_is_short_by, SHORTER),
     (_is_right_there, ("plain", 1)),
@@ -389,7 +413,9 @@ def _pieces(text: str) -> list[_Word]:
         multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
         if multiplies or (glued and _only_shortens(word, last, following)):
             continue
-        found += [_Word(part, match.span()) for part in ([word] if POINT.fullmatch(word) else SYMBOLS.get(word, word).split())]
+        found += [
+            _Word(part, match.span()) for part in ([word] if POINT.fullmatch(word) else SYMBOLS.get(word, word).split())
+        ]
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
@@ -512,5 +538,5 @@ def _known(word: str, kind: str, length: int) -> tuple[Chunk, int]:
     if not kind:
         joins, plain = word in ("and", "n", "or"), CONTRACTION.fullmatch(word)
         return _of("filler" if plain else "and" if joins else "unknown"), 1
-    kind = BARE.get(word, kind) if length == 1 and kind not in ("plain", "join") else kind
+    kind = BARE.get(word, kind) if length == 1 and kind not in ("plain", "join", "lasting") else kind
     return _of({"plain": "filler", "join": "and"}.get(kind, kind)), length

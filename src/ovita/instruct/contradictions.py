@@ -139,10 +139,14 @@ def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
     """The chunks between pauses, each clause with the pause before it."""
     found: list[list[Chunk]] = [[]]
     for chunk in said:
-        if chunk.kind in PAUSES:
+        if chunk.kind in PAUSES or chunk.text.lower() in INSTEAD:
             found.append([])
         found[-1].append(chunk)
     return [clause for clause in found if clause]
+
+
+INSTEAD = ("instead of", "rather than")
+"""Denials of something beside what is meant."""
 
 
 def _elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:

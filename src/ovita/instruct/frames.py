@@ -188,8 +188,8 @@ class Side(SemanticFrame):
 class Pace(SemanticFrame):
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law.
 
-    `amount` has the role by, to, at_least ("floor") or at_most ("cap"); for "accelerate" it is in m/s2. In "s" it is the
-    time that the way takes, standing still left out.
+    `amount` has the role by, to, at_least ("floor") or at_most ("cap"); for "accelerate" it is in m/s2. In "s" it is
+    the time that the way takes, standing still left out.
     """
 
     NAME = "pace"

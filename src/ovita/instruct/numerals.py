@@ -114,14 +114,18 @@ _PRODUCT = re.compile(r"\*=?\s*(\d+(?:\.\d+)?|\.\d+)(?![\d.]|\s*(?:k?m|cm|mm|s|%
 
 _SIGNED = r"([-−]?(?:\d+\.?\d*|\.\d+))"
 _TRIPLE = re.compile(rf"[(\[] ?{_SIGNED}, ?{_SIGNED}, ?{_SIGNED} ?[)\]]")
-_AXES = re.compile(rf"\bx ?[=:] ?{_SIGNED}[,;]? (?:and )?y ?[=:] ?{_SIGNED}[,;]? (?:and )?z ?[=:] ?{_SIGNED}(?! ?[\w%])")
+_AXES = re.compile(
+    rf"\bx ?[=:] ?{_SIGNED}[,;]? (?:and )?y ?[=:] ?{_SIGNED}[,;]? (?:and )?z ?[=:] ?{_SIGNED}(?! ?[\w%])"
+)
 _STEP = re.compile(rf"\b(?:by|offset|shift|translation|vector)(?: it)?(?: by| of)? {_TRIPLE.pattern}")
 
 
 def _steps(found: re.Match[str]) -> str:
     """A step along the axes, where there is room for it in words."""
     values = zip("xyz", found.groups(), strict=True)
-    along = " ".join(f"{axis}{'' if value[0] in '-−' else '+'}{value}" for axis, value in values if float(value.replace("−", "-")))
+    along = " ".join(
+        f"{axis}{'' if value[0] in '-−' else '+'}{value}" for axis, value in values if float(value.replace("−", "-"))
+    )
     return along.ljust(len(found[0])) if along and len(along) <= len(found[0]) else found[0]
 
 

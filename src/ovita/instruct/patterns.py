@@ -11,7 +11,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
-from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
+from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, merged, numbers
 from ovita.instruct.frames import Quantity, Role
 from ovita.instruct.numerals import unit_at
 from ovita.paths.part import PathPart, outside

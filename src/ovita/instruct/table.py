@@ -264,6 +264,13 @@ def _set_pace(slots: dict[str, Any]) -> dict[str, Any] | None:
     return slots | {"change": change, "amount": replace(q, role=role)}
 
 
+def _lasting(slots: dict[str, Any]) -> dict[str, Any]:
+    """How long the way takes, or takes at most."""
+    q = slots["amount"]
+    change, role = ("cap", "at_most") if q.role == "at_most" else ("set", "to")
+    return slots | {"change": change, "amount": replace(q, role=role)}
+
+
 def _signed_pace(slots: dict[str, Any]) -> dict[str, Any] | None:
     return None if slots.get("amount") is None else slots
 
@@ -410,6 +417,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Pace, ("faster", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("inc|raise|up speed",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("multiply speed Qn|Qx|Qpc",), {"amount": lambda c: (lambda q: q and F.Quantity(q.value, "x", "to"))(c.quantity("Qn", "Qx", "Qpc"))}, {"change": "set"}, ("amount",), "speed", 0.0),
+    Row(F.Pace, ("lasting Qs !obj|extend",), {"amount": amount("Qs", role="")}, {}, ("amount",), "lasting path whole endup stop there", 0.0, check=_lasting),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("slower", "less speed", "brake", "creep", "Qpc|Qv from speed"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec times slower brake trim creep thru", 0.1, check=_pace),

@@ -503,7 +503,9 @@ def _duration(case: _Case) -> Outcome:
     ((name, asked),) = case.asked("value", "at_most").items()
     slack = SLACK_RELATIVE * asked if name == "value" else KEPT_RELATIVE * asked
     said = f"{now:.3g} s (asked {'at most ' if name == 'at_most' else ''}{asked:g} s)"
-    return _bounded([_Bound(0.0 if name == "value" else -1.0, asked, before, now, slack, said)], "the way takes ", unit="s")
+    return _bounded(
+        [_Bound(0.0 if name == "value" else -1.0, asked, before, now, slack, said)], "the way takes ", unit="s"
+    )
 
 
 def _stop(case: _Case) -> Outcome:
