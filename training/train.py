@@ -136,9 +136,8 @@ class DecoderLayer(nn.Module):
         self.drop = nn.Dropout(DROPPED)
 
     def forward(self, x: torch.Tensor, words: torch.Tensor, mask: torch.Tensor) -> torch.Tensor:
-        """The queries after the layer; each sees those before it."""
-        before = torch.ones(x.shape[1], x.shape[1], dtype=torch.bool).tril()
-        x = self.norm0(x + self.drop(self.self(x, x, before)))
+        """The queries after the layer."""
+        x = self.norm0(x + self.drop(self.self(x, x, None)))
         x = self.norm1(x + self.drop(self.cross(x, words, mask)))
         return self.norm2(x + self.drop(self.down(fn.gelu(self.up(x), approximate="tanh"))))
 
@@ -181,10 +180,6 @@ class Model(nn.Module):
         self.asks = nn.Linear(WIDTH, len(POINTERS) * KEY)
         self.keys = nn.Linear(WIDTH, KEY)
         self.nothing = nn.Parameter(torch.randn(len(POINTERS), KEY))
-        self.told = nn.Parameter(torch.zeros(sum(map(len, HEADS.values())), WIDTH))
-        self.shown = nn.Linear(len(POINTERS) * KEY, WIDTH)
-        nn.init.zeros_(self.shown.weight)
-        nn.init.zeros_(self.shown.bias)
         for parameter in (*self.encoder[:frozen].parameters(), self.position, *self.norm.parameters()):
             parameter.requires_grad_(False)
         self.drop = nn.Dropout(DROPPED)
@@ -196,13 +191,8 @@ class Model(nn.Module):
         amounts: torch.Tensor,
         objects: torch.Tensor,
         concepts: torch.Tensor,
-        heads: torch.Tensor,
-        pointers: torch.Tensor,
     ) -> tuple[torch.Tensor, dict[bool, torch.Tensor]]:
-        """Logits of all heads (B, Q, classes), and of the pointers at amounts (True) and objects (B, Q, P, T + 1).
-
-        The network is told the atoms before each: their classes (B, Q, H) and pointers (B, Q, P), < 0 for none.
-        """
+        """Logits of all heads (B, Q, classes), and of the pointers at amounts (True) and objects (B, Q, P, T + 1)."""
         mask = (ids != 0)[:, None, None, :]
         table = torch.cat([self.word[: -len(MARKS)], self.marks])
         x = begun = self.drop(self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds]))
@@ -210,12 +200,11 @@ class Model(nn.Module):
             x = layer.layer(x, mask)
         told = torch.rand(concepts.shape) >= UNTOLD if self.training else torch.ones(concepts.shape)
         words = x + self.concept[concepts] * told[..., None] + self.skip(begun)
-        keys = self.keys(words)
-        x = self.queries + self._told(heads, pointers, keys)
+        x = self.queries.expand(len(ids), -1, -1)
         for layer in self.decoder:
             x = layer(x, words, mask)
         asked = self.asks(x).view(len(ids), QUERIES, len(POINTERS), KEY)
-        scores = torch.einsum("bqpk,btk->bqpt", asked, keys)
+        scores = torch.einsum("bqpk,btk->bqpt", asked, self.keys(words))
         none = torch.einsum("bqpk,pk->bqp", asked, self.nothing)[..., None]
         scores = torch.cat([none, scores], dim=-1) / math.sqrt(KEY)
         pointed = {}
@@ -224,17 +213,6 @@ class Model(nn.Module):
             open_ = torch.cat([torch.ones(len(ids), 1, dtype=torch.bool), allowed], dim=1)[:, None, None, :]
             pointed[kind] = scores[:, :, chosen].masked_fill(~open_, -1e4)
         return self.heads(x), pointed
-
-    def _told(self, heads: torch.Tensor, pointers: torch.Tensor, keys: torch.Tensor) -> torch.Tensor:
-        """What each query is told of the atom before its own (B, Q, width); now and then nothing."""
-        starts = torch.tensor([a for a, _ in layout().values()])
-        classes = (self.told[heads.clamp(min=0) + starts] * (heads >= 0)[..., None]).sum(2)
-        at = (pointers - 1).clamp(min=0).flatten(1)
-        shown = torch.gather(keys, 1, at[..., None].expand(-1, -1, KEY)).view(*pointers.shape, KEY)
-        told = classes + self.shown((shown * (pointers > 0)[..., None]).flatten(2)) * (heads[..., :1] >= 0)
-        if self.training:
-            told = told * (torch.rand(told.shape[:2]) >= UNTOLD)[..., None]
-        return torch.cat([torch.zeros_like(told[:, :1]), told[:, :-1]], dim=1)
 
     def load(self, pieces: list[str], file: Path) -> None:
         """Go on from weights that `weights` made, for the same vocabulary or another one."""
@@ -276,8 +254,6 @@ class Model(nn.Module):
                 "nothing",
                 "concept",
                 "skip",
-                "told",
-                "shown",
             ):
                 arrays[name] = value
         out: dict[str, np.ndarray] = {}
@@ -354,9 +330,9 @@ def batch(made: Sequence[tuple[Encoded, Sample]]) -> tuple[Any, ...]:
         for k, found in enumerate((encoded.amounts, encoded.objects)):
             allowed[k, b, [at for at, _ in found]] = True
         for q in range(QUERIES):
+            heads[b, q, 0] = 0
             if q >= len(sample.atoms):
-                heads[b, q, 0] = 0
-                break
+                continue
             atom = sample.atoms[q]
             if atom.label("action") in ("ask", "improper"):
                 heads[b, q, 0] = HEADS["action"].index(atom.label("action"))
@@ -372,8 +348,8 @@ def batch(made: Sequence[tuple[Encoded, Sample]]) -> tuple[Any, ...]:
 
 def loss_of(model: Model, tensors: tuple[Any, ...]) -> torch.Tensor:
     """The mean loss of a batch."""
-    heads, pointers = tensors[-2:]
-    said, pointed = model(*tensors)
+    *inputs, heads, pointers = tensors
+    said, pointed = model(*inputs)
     total = torch.zeros(())
     for h, (head, (a, b)) in enumerate(layout().items()):
         lost = fn.cross_entropy(said[..., a:b].reshape(-1, b - a), heads[..., h].reshape(-1), reduction="sum")
@@ -453,16 +429,15 @@ CHECKED = (
 
 
 def write_check(model: Model, splitter: WordPiece, known: frozenset[str], to: Path) -> None:
-    """The logits of the heads of the first two atoms (2, classes) for a few sentences, which numpy must reproduce."""
+    """The logits of the heads (Q, classes) for a few sentences, which numpy must reproduce."""
     saved = {}
-    told_of = tuple(torch.full((1, QUERIES, len(of)), 1) for of in (HEADS, POINTERS))
     for i, sentence in enumerate(CHECKED):
         encoded = encode(sketch(sentence, augment.scene_of(("cup", "box")), known=known), splitter)
         ids, kinds = torch.tensor([encoded.ids]), torch.tensor([encoded.kinds])
         nowhere = torch.zeros_like(ids, dtype=torch.bool)
         told = torch.tensor([[PLACE_OF.get(concept, 0) for concept in encoded.concepts]])
         with torch.no_grad():
-            saved[f"heads{i}"] = model(ids, kinds, nowhere, nowhere, told, *told_of)[0][0, :2].numpy()
+            saved[f"heads{i}"] = model(ids, kinds, nowhere, nowhere, told)[0][0].numpy()
     np.savez_compressed(to, sentences=np.array(CHECKED), **saved)
 
 

@@ -165,14 +165,14 @@ class LatteNetwork(Layers):
         there = np.ones((batch, x.shape[1]), dtype=bool)
         there[:, :OBJECTS] = given.objects[..., -1] > 0.5
         for i in range(self.encoders):
-            x = self.norm(f"encoder.{i}.norm0", x + self.attend(f"encoder.{i}.self", x, x, HEADS, there[:, None]))
+            x = self.norm(f"encoder.{i}.norm0", x + self.attend(f"encoder.{i}.self", x, x, HEADS, there))
             x = self.norm(f"encoder.{i}.norm1", x + self._feed(f"encoder.{i}", x))
         memory = np.concatenate([x, tokens[:, :4]], axis=1)
         there = np.concatenate([there, np.ones((batch, 4), dtype=bool)], axis=1)
         y = ways + self.w["place"] + tokens[:, 4:]
         for i in range(self.decoders):
             y = self.norm(f"decoder.{i}.norm0", y + self.attend(f"decoder.{i}.self", y, y, HEADS))
-            y = self.norm(f"decoder.{i}.norm1", y + self.attend(f"decoder.{i}.cross", y, memory, HEADS, there[:, None]))
+            y = self.norm(f"decoder.{i}.norm1", y + self.attend(f"decoder.{i}.cross", y, memory, HEADS, there))
             y = self.norm(f"decoder.{i}.norm2", y + self._feed(f"decoder.{i}", y))
         out = self.linear("out.1", np.maximum(self.linear("out.0", y), 0.0))
         return out.reshape(batch, WAYPOINTS, 4)

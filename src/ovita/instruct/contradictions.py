@@ -427,7 +427,9 @@ def _denied(it: Facts) -> str:
     return ""
 
 
-PASSING = frozenset("pass over under through thru touch to at by near stop wait hover between gap distance of in on".split())
+PASSING = frozenset(
+    "pass over under through thru touch to at by near stop wait hover between gap distance of in on".split()
+)
 """Classes of words that lead to an object."""
 
 

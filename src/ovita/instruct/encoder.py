@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,7 +22,7 @@ from ovita.instruct.sketch import Fragment, Sketch
 from ovita.instruct.slots import AMOUNTS, HEADS, POINTERS
 from ovita.instruct.transformer import Floats, Layers, gelu, softmax
 
-QUERIES = 7
+QUERIES = 6
 """Most atoms of a sentence."""
 
 ENCODER_HEADS, DECODER_HEADS = 12, 6
@@ -151,11 +151,11 @@ def layout() -> dict[str, tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Output:
-    """What the network says of a sentence: of the atoms that it was told, and of the one after them.
+    """What the network says of a sentence.
 
     Args:
-        heads: Probabilities of the classes of each head, (atoms, classes).
-        pointers: Probabilities that each pointer means none, then each of its candidates, (atoms, 1 + candidates).
+        heads: Probabilities of the classes of each head, (QUERIES, classes).
+        pointers: Probabilities that each pointer means none, then each of its candidates, (QUERIES, 1 + candidates).
         candidates: The mentions that amounts and objects may point at.
     """
 
@@ -163,9 +163,6 @@ class Output:
     pointers: Mapping[str, Floats]
     candidates: Mapping[str, tuple[int, ...]]
 
-
-Told: TypeAlias = tuple[tuple[int, ...], tuple[int, ...]]
-"""An atom that the network is told: the class of each head, and the position that each pointer points at or -1."""
 
 REMEMBERED = 64
 """Sentences of which it is remembered what the network says of them."""
@@ -189,8 +186,7 @@ class Network(Layers):
         self.steps = len({name.split(".")[1] for name in self.w if name.startswith("decoder.")})
         # What writes, judges and shows a result has the same few sentences read again and again.
         self._hidden_of = lru_cache(REMEMBERED)(self._hidden)
-        self._read_of = lru_cache(4 * REMEMBERED)(self._read)
-        self._starts = np.array([a for a, _ in layout().values()])
+        self._read_of = lru_cache(REMEMBERED)(self._read)
 
     def _feed(self, name: str, x: Floats) -> Floats:
         return self.linear(f"{name}.down", gelu(self.linear(f"{name}.up", x)))
@@ -211,25 +207,21 @@ class Network(Layers):
         found.flags.writeable = False
         return found
 
-    def read(self, encoded: Encoded, told: tuple[Told, ...] = ()) -> Output:
-        """What the network says of a sentence after some atoms of it; its arrays are not to be written to."""
-        return self._read_of(encoded, told)
+    def read(self, encoded: Encoded) -> Output:
+        """What the network says of a sentence; its arrays are not to be written to."""
+        return self._read_of(encoded)
 
-    def _read(self, encoded: Encoded, told: tuple[Told, ...]) -> Output:
+    def _read(self, encoded: Encoded) -> Output:
         words = self.hidden(encoded)
-        keys = self.linear("keys", words)
-        x = self.w["queries"][: len(told) + 1].copy()
-        for q, (classes, at) in enumerate(told, start=1):
-            shown = np.where(np.array(at)[:, None] >= 0, keys[list(at)], np.float32(0))
-            x[q] += self.w["told"][self._starts + classes].sum(0) + self.linear("shown", shown.ravel())
-        before = np.tri(len(x), dtype=bool)
+        x = self.w["queries"]
         for i in range(self.steps):
-            x = self.norm(f"decoder.{i}.norm0", x + self.attend(f"decoder.{i}.self", x, x, DECODER_HEADS, before))
+            x = self.norm(f"decoder.{i}.norm0", x + self.attend(f"decoder.{i}.self", x, x, DECODER_HEADS))
             x = self.norm(f"decoder.{i}.norm1", x + self.attend(f"decoder.{i}.cross", x, words, DECODER_HEADS))
             x = self.norm(f"decoder.{i}.norm2", x + self._feed(f"decoder.{i}", x))
         said = self.linear("heads", x)
         heads = {head: softmax(said[:, a:b]) for head, (a, b) in layout().items()}
         asked = self.linear("asks", x).reshape(len(x), len(POINTERS), KEY)
+        keys = self.linear("keys", words)
         pointers: dict[str, Floats] = {}
         candidates: dict[str, tuple[int, ...]] = {}
         for p, pointer in enumerate(POINTERS):

@@ -15,23 +15,12 @@ import numpy as np
 
 from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.encoder import QUERIES, Encoded, Network, Output, Told, concepts_of, encode, network
+from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
+from ovita.instruct.notation import FRAMES, main_slot
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import (
-    ACTIONS,
-    AMOUNTS,
-    CHOICES,
-    HEADS,
-    OBJECTS,
-    POINTERS,
-    TRAINED,
-    Atom,
-    Unfit,
-    atoms_of,
-    items_of,
-)
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
@@ -143,13 +132,11 @@ class Choice:
         atoms: What is asked for.
         likelihoods: How likely each choice was that they needed.
         used: The mentions that they point at.
-        output: What the network says of them, and of what follows them.
     """
 
     atoms: tuple[Atom, ...]
     likelihoods: tuple[float, ...]
     used: frozenset[int]
-    output: Output
 
 
 @dataclass(frozen=True)
@@ -158,64 +145,33 @@ class NetworkReading:
 
     Args:
         seen: The sentence with what it mentions.
-        encoded: The sentence as the network takes it.
-        net: The network.
+        output: Probabilities of all classes and pointers.
         before: Frames of the turns in force, or None for a first request.
     """
 
     seen: Sketch
-    encoded: Encoded
-    net: Network
+    output: Output
     before: Sequence[SemanticFrame] | None = None
-
-    def after(self, told: Sequence[Told] = ()) -> Output:
-        """What the network says of some atoms that it is told, and of the one after them."""
-        return self.net.read(self.encoded, tuple(told[: QUERIES - 1]))
-
-    def told(self, labels: Mapping[str, str], pointed: Mapping[str, int]) -> Told:
-        """An atom as the network is told it: its labels, and the mention that each of its pointers points at."""
-        at = {mention: position for position, mention in (*self.encoded.amounts, *self.encoded.objects)}
-        classes = (words.index(labels.get(head, words[0])) for head, words in HEADS.items())
-        return tuple(classes), tuple(at.get(pointed.get(pointer, -1), -1) for pointer in POINTERS)
 
     def weigh(self, items: Iterable[SemanticFrame | Edit]) -> float:
         """How likely the network holds a reading by any reader to be, as a logarithm; none that it has no words for."""
         try:
             atoms = atoms_of(items)
-            output = self.after([self.told(atom.labels, _pointed_by(atom, self.seen.mentions)) for atom in atoms])
-            said = [value for q, atom in enumerate(atoms) for value in _weights(output, q, atom)]
+            said = [value for q, atom in enumerate(atoms) for value in self._weights(q, atom)]
         except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
             return -math.inf
         if len(atoms) < QUERIES:
-            said.append(_weight(output, "action", len(atoms), "none"))
+            said.append(self._weight("action", len(atoms), "none"))
         return sum(said)
 
+    def _weights(self, q: int, atom: Atom) -> Iterator[float]:
+        heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
+        if "part" in heads and atom.label("part") != "whole":
+            heads += WITH_PART
+        return (self._weight(head, q, atom.label(head)) for head in heads)
 
-def _pointed_by(atom: Atom, mentions: Sequence[Referent]) -> dict[str, int]:
-    """The mentions from which an atom's amounts and objects may have been read."""
-    found = {
-        pointer: next((i for i, m in enumerate(mentions) if not m.is_object and _fits(m, quantity)), -1)
-        for pointer, quantity in atom.amounts.items()
-    }
-    for pointer, names in (("objects", atom.objects), ("places", atom.places)):
-        named = (next((i for i, m in enumerate(mentions) if name in m.items), -1) for name in names)
-        found |= {f"{pointer}{n}": i for n, i in enumerate(dict.fromkeys(named), start=1)}
-    return found
-
-
-def _fits(mention: Referent, quantity: Quantity) -> bool:
-    return not mention.unit or (mention.unit == quantity.unit and math.isclose(mention.value, abs(quantity.value)))
-
-
-def _weights(output: Output, q: int, atom: Atom) -> Iterator[float]:
-    heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
-    if "part" in heads and atom.label("part") != "whole":
-        heads += WITH_PART
-    return (_weight(output, head, q, atom.label(head)) for head in heads)
-
-
-def _weight(output: Output, head: str, q: int, label: str) -> float:
-    return math.log(max(float(output.heads[head][q][HEADS[head].index(label)]), LEAST))
+    def _weight(self, head: str, q: int, label: str) -> float:
+        return math.log(max(float(self.output.heads[head][q][HEADS[head].index(label)]), LEAST))
 
 
 class LearnedReader:
@@ -261,7 +217,7 @@ class LearnedReader:
     ) -> NetworkReading:
         """What the network says of a sentence, from which a reading is taken and others are weighed."""
         seen = sketch(text, scene, positions, before, self.net.known)
-        return NetworkReading(seen, encode(seen, self.net.splitter), self.net, before)
+        return NetworkReading(seen, self.net.read(encode(seen, self.net.splitter)), before)
 
     def reading(self, heard: NetworkReading) -> Reading:
         """The likeliest reading, with its calibrated confidence."""
@@ -271,7 +227,7 @@ class LearnedReader:
     def explain(self, heard: NetworkReading) -> tuple[Reading, Array]:
         """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
         seen, before = heard.seen, heard.before
-        choice = choose(heard)
+        choice = choose(heard.output, seen)
         outcome = refusal(choice, seen)
         items: tuple[Any, ...] = ()
         misread = False
@@ -282,7 +238,7 @@ class LearnedReader:
                 misread, outcome = True, {"question": f"{error}?"}
         choice, items = _short_of(choice, items, seen)
         left = unused(seen, choice)
-        features = _features(choice, left, bool(outcome), misread)
+        features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
             outcome["unread"] = left
         items = _aimed(items, seen)
@@ -302,9 +258,9 @@ class LearnedReader:
         return float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
 
 
-def _features(choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
+def _features(output: Output, choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
     """The values of FEATURES."""
-    likely, output = float(np.prod(choice.likelihoods)), choice.output
+    likely = float(np.prod(choice.likelihoods))
     certainty = -math.log1p(0.001 - min(likely, 0.999))
     refusal = sum(float(output.heads["action"][0][HEADS["action"].index(word)]) for word in ("ask", "improper"))
     doubted = sum(value < DOUBTED for value in choice.likelihoods)
@@ -358,27 +314,22 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     return {}
 
 
-def choose(heard: NetworkReading) -> Choice:
-    """The likeliest atoms of a sentence, each after those before it."""
+def choose(output: Output, seen: Sketch) -> Choice:
+    """The likeliest atoms of a sentence."""
     atoms: list[Atom] = []
     likelihoods: list[float] = []
-    told: list[Told] = []
     used: set[int] = set()
-    seen, output = heard.seen, heard.after()
-    for q in range(QUERIES):
+    for q in range(len(output.heads["action"])):
         allowed = _FIRST if seen.before is None else ACTIONS
         action, likely = _best(output, "action", q, [a for a in allowed if q == 0 or a not in ("ask", "improper")])
         likelihoods.append(likely)
         if action == "none":
             break
-        atom, pointed, more = _atom(output, q, action, seen)
+        atom, more = _atom(output, q, action, seen, used)
         likelihoods += more
-        used.update(pointed.values())
         if atom not in atoms:
             atoms.append(atom)
-        told.append(heard.told(atom.labels, pointed))
-        output = heard.after(told)
-    return Choice(tuple(atoms), tuple(likelihoods), frozenset(used), output)
+    return Choice(tuple(atoms), tuple(likelihoods), frozenset(used))
 
 
 def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = None) -> tuple[str, float]:
@@ -389,8 +340,7 @@ def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = Non
     return classes[best], float(shares[best])
 
 
-def _atom(output: Output, q: int, action: str, seen: Sketch) -> tuple[Atom, dict[str, int], list[float]]:
-    """The likeliest atom of an action, the mentions that its pointers point at, and how likely each choice was."""
+def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
     labels = {"action": action}
     likelihoods: list[float] = []
     for head in OF_ACTION.get(action, ()):
@@ -407,15 +357,15 @@ def _atom(output: Output, q: int, action: str, seen: Sketch) -> tuple[Atom, dict
     amounts: dict[str, Quantity] = {}
     objects: dict[str, tuple[str, ...]] = {}
     needed = _needed(action, labels)
-    pointed: dict[str, int] = {}
     taken: dict[str, set[int]] = {"objects": set(), "places": set()}
     for pointer in _pointers(action, labels):
         others = taken.get(pointer[:-1], set())
-        mention, likely = _pointed(output, pointer, q, pointer in needed, others)
+        unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
+        mention, likely = _pointed(output, pointer, q, pointer in needed, others | unfit)
         likelihoods.append(likely)
         if mention < 0:
             continue
-        pointed[pointer] = mention
+        used.add(mention)
         others.add(mention)
         found = seen.mentions[mention]
         if pointer in AMOUNTS:
@@ -426,7 +376,7 @@ def _atom(output: Output, q: int, action: str, seen: Sketch) -> tuple[Atom, dict
         tuple(dict.fromkeys(n for p in OBJECTS if p.startswith(kind) for n in objects.get(p, ())))
         for kind in ("objects", "places")
     )
-    return Atom(labels, amounts, named, places), pointed, likelihoods
+    return Atom(labels, amounts, named, places), likelihoods
 
 
 def _quadrant(seen: Sketch, guess: str) -> str:
@@ -468,6 +418,25 @@ def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
     if part in ("near", "between", "after", "before") and labels.get("place") not in ("start", "goal"):
         found += ["places1", "places2", "places3"]
     return list(dict.fromkeys(found))
+
+
+def _fits(unit: str, pointer: str, labels: Mapping[str, str]) -> bool:
+    """Whether an amount in a unit may be what a pointer of an atom points at; a speed may be said in metres."""
+    if unit in ("", "step") or pointer not in AMOUNTS:
+        return True
+    if pointer == "part":
+        return unit == "m" or labels["part"] not in ("near", "beyond")
+    kind = FRAMES.get(labels["action"])
+    slot = "" if kind is None else main_slot(kind) if pointer == "amount" else pointer
+    units = LENGTHS if kind and "offset" in kind.__dataclass_fields__ and pointer == "amount" else ()
+    units += (
+        kind.__dataclass_fields__[slot].metadata.get("units", ()) if kind and slot in kind.__dataclass_fields__ else ()
+    )
+    return not units or unit in units or (labels["action"], unit) == ("pace", "m") or (pointer, unit) == ("turns", "x")
+
+
+LENGTHS = ("m",)
+"""What shifts are measured in."""
 
 
 def _pointed(output: Output, pointer: str, q: int, needed: bool, others: Collection[int]) -> tuple[int, float]:

@@ -45,14 +45,14 @@ class Layers:
     def attend(
         self, name: str, x: Floats, to: Floats, heads: int, there: npt.NDArray[np.bool_] | None = None
     ) -> Floats:
-        """What each of x (..., N, width) attends to of `to` (..., M, width): what is `there` (..., 1 or N, M)."""
+        """What each of x (..., N, width) attends to of `to` (..., M, width), of which those `there` (..., M) count."""
         q, k, v = (
             self.linear(f"{name}.{part}", of).reshape(*of.shape[:-1], heads, -1).swapaxes(-2, -3)
             for part, of in (("q", x), ("k", to), ("v", to))
         )
         scores = q @ k.swapaxes(-1, -2) / np.sqrt(np.float32(q.shape[-1]))
         if there is not None:
-            scores = np.where(there[..., None, :, :], scores, np.float32(-1e9))
+            scores = np.where(there[..., None, None, :], scores, np.float32(-1e9))
         return self.linear(f"{name}.o", (softmax(scores) @ v).swapaxes(-2, -3).reshape(x.shape))
 
 
