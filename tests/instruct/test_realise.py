@@ -244,3 +244,25 @@ def test_a_part_takes_so_long():
 
 def test_a_time_that_is_none_is_asked_about():
     assert "how long" in realise(parse("pace faster by=60s"), PATH, SCENE).question
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "move up=10cm; via over=box",
+        "move right=5cm @last; mirror left",
+        "extend up=10cm; rotate 30deg",
+        "extend by=20cm; resize by=0.8x",
+        "closer cup by=5cm; straighten",
+        "circle cup; end goal to=box",
+    ],
+)
+def test_a_change_that_later_steps_change_again_is_told_and_not_broken(text):
+    d, _, broken = done(text)
+    assert not broken
+    assert text.startswith("extend by") or any("by its own step" in said for said in d.assumptions)
+
+
+@pytest.mark.parametrize("text", ["end goal to=box; clearance box at_least=20cm", "hop box; height at_most=55cm"])
+def test_what_cannot_hold_beside_another_stays_a_broken_promise(text):
+    assert done(text)[2]

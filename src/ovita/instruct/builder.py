@@ -51,7 +51,7 @@ class PolicyBuilder:
     """A policy being composed; it is printed once, by `source`.
 
     `plan` is what it does, a sentence for each step, and `held` those of them that the path fulfils already; `promises`
-    are its postconditions, by what they are about. `shifts` names the parameters that shift the whole path, by
+    are its postconditions, by what they are about, and `steps` after how many lines of code each was made. `shifts` names the parameters that shift the whole path, by
     direction; along the directions in `exact` the amount is stated or the height is kept; `kept` is what stays.
     """
 
@@ -64,6 +64,7 @@ class PolicyBuilder:
     plan: list[str] = field(default_factory=list)
     held: list[str] = field(default_factory=list)
     promises: dict[str, str] = field(default_factory=dict)
+    steps: dict[str, int] = field(default_factory=dict)
     parameters: dict[str, Parameter] = field(default_factory=dict)
     objects: dict[str, SceneObject] = field(default_factory=dict)
     masks: dict[str, tuple[str, str]] = field(default_factory=dict)
@@ -131,6 +132,7 @@ class PolicyBuilder:
         for about, promise in (dict(zip(promises, promises, strict=True)) | dict(ends)).items():
             self.promises.pop(about, None)
             self.promises |= {about: promise} if promise else {}
+            self.steps[about] = len(self.code)
 
     def add_within(
         self, part: PathPart, call: str, plan: str, *promises: str, ends: Mapping[str, str] = NOTHING
@@ -198,14 +200,14 @@ class PolicyBuilder:
             self._rows = len(self.code), np.asarray(rows)
         return self._rows[1]
 
-    def run(self) -> tuple[Any, Recorder]:
-        """What the steps so far make of the trajectory, unchecked, and their postconditions.
+    def run(self, lines: int | None = None) -> tuple[Any, Recorder]:
+        """What the steps so far, or their first lines, make of the trajectory, unchecked, and their postconditions.
 
         Raises:
             TooMuch: If they are not proven, and so belong into the sandbox.
             PolicyCrashed: If one fails.
         """
-        proof = prove_statements(tuple(self.parameters), self.statements())
+        proof = prove_statements(tuple(self.parameters), self.statements(lines))
         if proof is None:
             raise TooMuch
         values = {name: parameter.value for name, parameter in self.parameters.items()}
@@ -282,9 +284,9 @@ class PolicyBuilder:
         lines += ["):", f'    """{" ".join(summary.split())}"""']
         return "\n".join([*lines, *(f"    {line}" for line in self.statements()), ""])
 
-    def statements(self) -> list[str]:
-        """The statements of the policy's function."""
-        body = [*self.code, *self.promises.values()]
+    def statements(self, lines: int | None = None) -> list[str]:
+        """The statements of the policy's function, or its first lines of code alone."""
+        body = [*self.code, *self.promises.values()] if lines is None else self.code[:lines]
         start = ["original = traj"] if any("original" in line for line in body) else []
         named = [f"{name} = scene[{item.name!r}]" for name, item in self.objects.items()]
         return [*named, *start, *body, "return traj"]

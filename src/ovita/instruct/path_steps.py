@@ -296,8 +296,8 @@ def _extend_straight(builder: PolicyBuilder, frame: F.Extend) -> None:
     builder.add(
         f"traj = extend(traj, {sign}{name})",
         f"After the goal, go on for {abs(by):g} m {way}.",
-        f"expect_length(longer_by={name})" if builder.alone else "",
-        ends={"goal": "" if builder.goal_moved or builder.shifts else passed},
+        f"expect_length(longer_by={name})" if by > 0 or builder.alone else "",
+        ends={"goal": "" if builder.goal_moved or builder.moving > 1 else passed},
     )
 
 

@@ -6,6 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
 
+import numpy as np
+
+from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word, mask_code
 from ovita.instruct.figure_steps import FIGURE_STEPS
@@ -18,6 +21,8 @@ from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import OPPOSITE, Frame, Scene
 from ovita.paths.trajectory import Trajectory
+from ovita.policy.policy import TooMuch
+from ovita.toolkit import judge
 
 STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
@@ -88,6 +93,8 @@ def realise(
     _settle(builder)
     if keeps:
         _restore(builder, keeps)
+    if len(frames) > 1:
+        _leave_to_later(builder)
     if 0 < len(frames) == len(builder.held):
         builder.add("", "", "expect_same_path()")
     return builder
@@ -145,6 +152,26 @@ def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
             masks.append(mask)
     for mask in masks:
         builder.add(f"traj = keep_unchanged(traj, original, {mask})")
+
+
+RELATIVE = ("moved", "closer", "farther", "faster", "slower", "length", "smoother", "same_path")
+"""Postconditions that compare with what was before, by which a step can be judged alone."""
+
+
+def _leave_to_later(builder: PolicyBuilder) -> None:
+    """Promise no change that its step makes in full and the other steps change again; it is told."""
+    try:
+        rows, recorder = builder.run()
+        for about, promise in zip(tuple(builder.promises), recorder.expectations, strict=True):
+            if judge(promise, builder.trajectory.to_array(), np.asarray(rows), builder.scene).held:
+                continue
+            steps = (np.asarray(builder.run(builder.steps[about] - back)[0]) for back in (1, 0))
+            relative = promise.kind in RELATIVE or not promise.arguments.keys().isdisjoint(("offset", "point"))
+            if relative and judge(promise, *steps, builder.scene).held:
+                builder.assume(f"{promise.text} by its own step; others change the path there, too")
+                del builder.promises[about]
+    except (TooMuch, OvitaError, ValueError, IndexError):
+        return  # what does not run here is tried in the sandbox
 
 
 def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
