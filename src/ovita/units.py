@@ -48,7 +48,8 @@ LENGTHS = (
         0.1,
         "hand, hand's width, hands width, handwidth, hand width, palm, hand's breadth, handbreadth, handspan",
     ),
-    _unit("finger", "m", 0.02, "finger, finger's width, fingers width, finger width"),
+    _unit("finger", "m", 0.02, "finger, finger's width, fingers width, finger width, finger's breadth"),
+    _unit("arm", "m", 0.7, "arm's length, arms length, armlength"),
 )
 
 _RATES = ("{}/s", "{} per second", "{} a second", "{} per sec", "{} / s", "{} per s", "{} / second", "{} each second")

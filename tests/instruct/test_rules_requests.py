@@ -99,6 +99,24 @@ REQUESTS = [
     ("higher in the middle and also a bit to the left overall", "move up @middle; move left deg=slight"),
     ("slow down to a third near the fan", "pace slower to=33% @near=fan"),
     ("wp 8..14 up 4 cm", "move up=4cm @range=8-14"),
+    # what a second writer's words showed
+    ("past the cup on the left, then speed up", "side cup left; pace faster @after=cup"),
+    (
+        "constant speed everywhere but near the fan; there I want it slower",
+        "pace constant @!near=fan; pace slower @near=fan",
+    ),
+    (
+        "20 percent quicker where the path is rising, and 20 percent slower where it descends",
+        "pace faster by=20% @rising; pace slower by=20% @falling",
+    ),
+    (
+        "not more than two feet per second, except near the goal, there not more than half a foot per second",
+        "pace at_most=2ft/s; pace at_most=0.5ft/s @last",
+    ),
+    ("y axis +30 mm", "move y=3cm"),
+    ("smooth it, then back to where you set off", "smooth; return"),
+    ("be far from the cup and be near the fan", "farther cup; closer fan"),
+    ("there is too much shaking", "smooth"),
     # how long the way takes
     ("make it take 20 seconds", "pace to=20s"),
     ("finish in 10 s", "pace to=10s"),
@@ -137,6 +155,9 @@ OPEN = [
     "lift the cup by 5 cm",
     "keep 5 cm more distance from the cup than from the fan",
     "avoid the fan unless it is off",
+    "give the cup 40 cm more room and the same for the fan",
+    "to the right by 8 cm and up by the same",
+    "axis +30 mm",
 ]
 
 

@@ -262,9 +262,11 @@ def _beyond(found: Sequence[Chunk]) -> Chunk:
     return part(found, PathPart("beyond", amount=-q.value if low else q.value, direction="down" if low else "up"))
 
 
-def _axis(found: Sequence[Chunk]) -> Chunk:
+def _axis(found: Sequence[Chunk]) -> Chunk | None:
     """A signed length along an axis: "y -0.05", "z += 0.05"."""
     axis = found[0].text.lower()
+    if axis == "axis":
+        return None
     length = found[-1]
     q = length.q or Quantity(0.0)
     minus = length.value == "minus"
@@ -277,7 +279,8 @@ def _along_axis(found: Sequence[Chunk]) -> Chunk | None:
     if length.kind == "Qn" and "." not in length.text:
         return None
     against = any(c.kind == "minus" for c in found)
-    return replace(_axis([axis, replace(length, value="minus") if against else length]), span=merged(found, "").span)
+    made = _axis([axis, replace(length, value="minus") if against else length])
+    return made and replace(made, span=merged(found, "").span)
 
 
 def _no_slower(found: Sequence[Chunk]) -> list[Chunk] | Chunk | None:
@@ -431,6 +434,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("END|endup|startat back OBJ", lambda f: [*f[:2], merged(f[2:], "obj", value="of")] if f[1].text.lower() == "behind" else None),
     ("keep (?=farther Qm from )", lambda f: merged(f, "filler")),
     # numbers
+    ("axis axis", lambda f: merged(f, "axis", text=f[0].text)),
+    ("within approx? Qv", partial(in_role, "at_most")),
     ("quarter|half of? turns|laps|rotate|circle", _turned),
     ("Qn half|third|quarter|tenth|fifth", _many_thirds),
     ("Qth waypoints", _point),
@@ -475,6 +480,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("by? Qm|Qn in|on|to minus? axis waypoints? of? waypoints?", _along_axis),
     ("threshold to? Qm", lambda f: merged(f, "threshold")),
     # objects and places
+    ("after OBJ on|to|at left|right|front|back", lambda f: [merged(f[:1], "pass"), *f[1:]] if f[0].text.lower() == "past" else None),
     ("after|once pass|touch|near|closer at|to|by? OBJ", _side_of_object("after")),
     ("before pass|touch|near|closer at|to|by? OBJ", _side_of_object("before")),
     ("where|as OBJ near|closer|pass", lambda f: merged(f[1:2], "obj", value="near")),
@@ -504,6 +510,9 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("law to? OBJ comma? law", lambda f: _law(f)),
     ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
     ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
+    ("keep for|with|to OBJ", lambda f: merged(f, "unknown") if "same" in f[0].text.lower() else None),
+    ("by keep", lambda f: merged(f, "unknown") if "same" in f[1].text.lower() else None),
+    ("too large? shake", lambda f: merged(f, "smooth")),
     # roles of quantities
     ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
     ("over|under height of? Qm", _high),

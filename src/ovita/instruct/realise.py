@@ -177,8 +177,22 @@ def _leave_to_later(builder: PolicyBuilder) -> None:
 def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
     """Questions about frames that cannot both be met."""
     for one, other in permutations(frames, 2):
-        if (isinstance(one, F.Keep) and _kept_from(one, other, axes)) or _opposed(one, other, axes):
+        if (
+            (isinstance(one, F.Keep) and _kept_from(one, other, axes))
+            or _opposed(one, other, axes)
+            or _shunned(one, other)
+        ):
             yield f"{show([one])!r} and {show([other])!r} contradict each other: which one is meant?"
+
+
+def _shunned(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
+    """Whether a distance is to be kept all along from what is to be touched or passed through."""
+    match one, other:
+        case F.Clearance(distance=F.Quantity(role="at_least", value=least)), F.Visit(
+            relation="at", aim="" | "surface" | "top"
+        ):
+            return least > 0 and not one.part and not _things(one).isdisjoint(_things(other))
+    return False
 
 
 def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:

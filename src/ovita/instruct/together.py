@@ -89,6 +89,8 @@ def placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.Semanti
         return replace(frame, part=_rest(made, paced=isinstance(frame, F.Pace)))
     if frame.part.kind == "both":
         inner = tuple(p for p in frame.part.parts if p not in (THERE, REST))
+        if THERE in frame.part.parts:  # "but not near the cup, there slower"
+            inner = tuple(p.parts[0] if p.kind == "outside" else p for p in inner)
         return replace(frame, part=inner[0] if len(inner) == 1 else replace(frame.part, parts=inner))
     return frame
 
@@ -99,7 +101,7 @@ def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
         if isinstance(frame, F.MoveEnd):
             return PathPart(STRETCH_AT[frame.end])
         if frame.part:
-            return frame.part
+            return frame.part.parts[0] if frame.part.kind == "outside" else frame.part
         if place in STRETCH_AT:
             return PathPart(STRETCH_AT[place], unit="share")
         if isinstance(frame, F.Visit) and frame.relation == "between":
