@@ -51,8 +51,9 @@ class PolicyBuilder:
     """A policy being composed; it is printed once, by `source`.
 
     `plan` is what it does, a sentence for each step, and `held` those of them that the path fulfils already; `promises`
-    are its postconditions, by what they are about, and `steps` after how many lines of code each was made. `shifts` names the parameters that shift the whole path, by
-    direction; along the directions in `exact` the amount is stated or the height is kept; `kept` is what stays.
+    are its postconditions, by what they are about, and `steps` after how many lines of code each was made. `shifts`
+    names the parameters that shift the whole path, by direction; along the directions in `exact` the amount is stated
+    or the height is kept; `kept` is what stays.
     """
 
     trajectory: Trajectory

@@ -165,9 +165,9 @@ def _leave_to_later(builder: PolicyBuilder) -> None:
         for about, promise in zip(tuple(builder.promises), recorder.expectations, strict=True):
             if judge(promise, builder.trajectory.to_array(), np.asarray(rows), builder.scene).held:
                 continue
-            steps = (np.asarray(builder.run(builder.steps[about] - back)[0]) for back in (1, 0))
-            relative = promise.kind in RELATIVE or not promise.arguments.keys().isdisjoint(("offset", "point"))
-            if relative and judge(promise, *steps, builder.scene).held:
+            before, after = (np.asarray(builder.run(builder.steps[about] - back)[0]) for back in (1, 0))
+            relative = promise.kind in RELATIVE or "offset" in promise.arguments
+            if relative and judge(promise, before, after, builder.scene).held:
                 builder.assume(f"{promise.text} by its own step; others change the path there, too")
                 del builder.promises[about]
     except (TooMuch, OvitaError, ValueError, IndexError):
