@@ -352,7 +352,7 @@ def test_a_number_that_may_mean_something_else_is_shown_first():
     session = after(("go left by 0.2",)).draft()
     before = session.current
     asked = session.say("3 knots, not 2")
-    assert asked.status == "needs_confirmation" and "should not be" in " ".join(asked.warnings)
+    assert asked.status == "needs_confirmation" and asked.warnings
     assert session.current == before == asked.adapted
     assert session.say("no").status != "done" or session.current == before
 

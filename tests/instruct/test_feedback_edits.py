@@ -38,6 +38,23 @@ SAID = [
     ("pace slower; move up=10cm", "leave the speed out", "move up=10cm"),
     ("pace slower by=20%; move up=10cm", "the lift is fine, but slower still", "pace slower by=30%; move up=10cm"),
     ("move up=10cm", "5 cm more", "move up=15cm"),
+    ("wait at=cup for=3s; move up=10cm", "5 s, and only 5 cm up", "wait at=cup for=5s; move up=5cm"),
+    (
+        "closer cup by=1ft; wait at=cup for=5s",
+        "eight seconds, and 18 in rather than 1 ft",
+        "closer cup by=18in; wait at=cup for=8s",
+    ),
+    (
+        "clearance cup at_least=30cm; pace at_most=0.5m/s",
+        "r 45cm, v 0.3m/s",
+        "clearance cup at_least=45cm; pace at_most=0.3m/s",
+    ),
+    ("circle cup radius=30cm turns=1", "three revolutions, of 25 cm radius", "circle cup radius=25cm turns=3"),
+    ("circle cup radius=25cm turns=2", "make it three", "circle cup radius=25cm turns=3"),
+    ("circle cup cw; return", "other way round", "circle cup ccw; return"),
+    ("pace slower by=20%", "too slow now", "pace slower by=13.3333%"),
+    ("pace to=20s", "faster", "pace set to=13.3333s"),
+    ("pace to=20s", "make that half a minute", "pace set to=30s"),
 ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
@@ -41,17 +42,25 @@ def numbers(said: Remark) -> Iterator[Candidate]:
     stated = {p: p.number for p in said.active if p.number} or _turn_words(said)
     old = _repeated(stated, said)
     found: dict[_Where, E.Edit] = {}
-    for piece in [p for p in stated if p not in old]:
+    placed = [*old]
+    new = [p for p in stated if p not in old]
+    for piece in new:
         q = stated[piece]
-        where = next(iter(old.values())) if len(old) == 1 else _slot_of(piece, q, said)
+        where = next(
+            (at for p, at in old.items() if len(old) == 1 and (p.clause == piece.clause or len(new) == 1)), None
+        )
+        where = where or _slot_of(piece, q, said)
         if where is not None:
+            placed.append(piece)
             on, slot = said.on(where[0]), where[1]
-            found[where] = E.Set(on=on, slot=slot, quantity=q, step=_step(piece, said))  # type: ignore[arg-type]
+            step = _step(piece, said) if slot in said.before[where[0]].quantities else 0
+            turns = slot == "turns" and q.unit == "x"  # "five times"
+            found[where] = E.Set(on=on, slot=slot, quantity=replace(q, unit="") if turns else q, step=step)  # type: ignore[arg-type]
     if found:
         named = [p for p in said.active if any(names(p, said.before[i]) for i, _ in found)]
         extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
         extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
-        yield Candidate(tuple(found.values()), (*named, *extra, *stated))
+        yield Candidate(tuple(found.values()), (*named, *extra, *placed))
 
 
 def _repeated(stated: Mapping[Phrase, F.Quantity], said: Remark) -> dict[Phrase, _Where]:
@@ -76,18 +85,31 @@ def _slot_of(piece: Phrase, q: F.Quantity, said: Remark) -> _Where | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     named = _named_slots(piece, q, said)
     scores: dict[_Where, float] = {}
-    for i in said.targets:
+    for i in _fitting(q, said):
         held = said.before[i].quantities
         for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
             if slot in held and _surely(q.unit, slot, held[slot].unit):
                 return i, slot
             if q.unit in units and not _another_measure(q.unit, held.get(slot)):
-                scores[i, slot] = 3.0 * (slot in named) + 2.0 * (slot in held) - 0.1 * rank + 0.01 * i
+                counted = slot == "turns" and not q.unit and q.value in range(1, 11)
+                scores[i, slot] = 3.0 * (slot in named) + (2.0 + 0.5 * counted) * (slot in held) - 0.1 * rank + 0.01 * i
     return max(scores, key=lambda where: scores[where], default=None)
+
+
+def _fitting(q: F.Quantity, said: Remark) -> Sequence[int]:
+    """The frames that a number may be for: those that it is said of and that hold its unit, else any that do or may."""
+    every = range(len(said.before))
+    holds = [i for i in every if q.unit in {held.unit for held in said.before[i].quantities.values()}]
+    takes = [i for i in every if any(q.unit in units for units in slots(said.before[i]).values())]
+    named = [i for i in said.targets if i in holds]
+    return named or (holds if q.unit else ()) or [i for i in said.targets if i in takes] or said.targets or takes
 
 
 def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str | None]:
     """The slots that the words beside a number name; those of all clauses where it has no unit."""
+    behind = said.active[said.active.index(piece) + 1 :][:1]
+    if q.unit == "" and behind and behind[0].cues & NAMED.keys():
+        return {NAMED.get(cue) for cue in behind[0].cues}
     around = [p for p in said.active if p.clause == piece.clause or not q.unit]
     return {NAMED.get(cue) for p in around for cue in p.cues} | {SENSES.get(p.concept) for p in around}
 

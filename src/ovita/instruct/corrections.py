@@ -23,7 +23,8 @@ def flips(said: Remark) -> Iterator[Candidate]:
     """The other way: "the opposite direction", "anticlockwise"."""
     turning = any(isinstance(frame, F.Figure | F.Rotate) for frame in said.before)
     if pieces := said.cued("flip", "ccw", "cw") if turning else said.cued("flip"):
-        ways = [i for i in said.targets if directions_of(said.before[i])] or said.targets
+        turns = [i for i in said.targets if isinstance(said.before[i], F.Figure | F.Rotate)]
+        ways = [i for i in said.targets if directions_of(said.before[i])] or turns or said.targets
         yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *said.others))
 
 
@@ -138,7 +139,7 @@ def everywhere(said: Remark) -> Iterator[Candidate]:
 
 def drops(said: Remark) -> Iterator[Candidate]:
     """Without some of the frames: "forget the shift", "no waiting"."""
-    pieces = said.cued("undo") or said.of("original")
+    pieces = said.cued("undo") or [p for p in said.of("original") if p.text != "now"]
     yield from _ordinals(said, pieces)
     denied = [] if said.cued("less", "weak", "enough") else _denied(said)
     words = denied or (said.naming if pieces else [])

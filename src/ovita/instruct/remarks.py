@@ -446,7 +446,7 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
     found |= {"farther"} if getattr(frame, "offset", ()) else set()
     match frame:
         case F.Pace(change="set" | "cap", amount=F.Quantity(unit="s")):
-            found.add("longer")
+            found |= {"longer", "slower"}
         case F.Pace():
             slower = frame.change in ("slower", "rampdown", "turns") if frame.factor is None else frame.factor < 1
             found.add("slower" if slower else "faster")
