@@ -40,9 +40,9 @@ SAID = [
     ("move up=10cm", "5 cm more", "move up=15cm"),
     ("wait at=cup for=3s; move up=10cm", "5 s, and only 5 cm up", "wait at=cup for=5s; move up=5cm"),
     (
-        "closer cup by=1ft; wait at=cup for=5s",
-        "eight seconds, and 18 in rather than 1 ft",
-        "closer cup by=18in; wait at=cup for=8s",
+        "closer cup by=10cm; wait at=cup for=5s",
+        "eight seconds, and 20 cm rather than 10 cm",
+        "closer cup by=20cm; wait at=cup for=8s",
     ),
     (
         "clearance cup at_least=30cm; pace at_most=0.5m/s",
@@ -52,8 +52,8 @@ SAID = [
     ("circle cup radius=30cm turns=1", "three revolutions, of 25 cm radius", "circle cup radius=25cm turns=3"),
     ("circle cup radius=25cm turns=2", "make it three", "circle cup radius=25cm turns=3"),
     ("circle cup cw; return", "other way round", "circle cup ccw; return"),
-    ("pace slower by=20%", "too slow now", "pace slower by=13.3333%"),
-    ("pace to=20s", "faster", "pace set to=13.3333s"),
+    ("pace slower by=20%", "too slow now", "pace slower by=13.3%"),
+    ("pace to=20s", "faster", "pace set to=13.3s"),
     ("pace to=20s", "make that half a minute", "pace set to=30s"),
 ]
 
