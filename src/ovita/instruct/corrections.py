@@ -67,7 +67,8 @@ def objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said."""
     new = [p for p in said.wanted if {*p.items} - said.known]
     i = _about_objects(said)
-    if said.adds or i is None or not (new or said.others):
+    besides = said.adds or (said.cued("same") and not said.corrects and not said.cued("not"))
+    if besides or i is None or not (new or said.others):
         return
     items, several = _items(new) or said.alike(said.before[i]), len(new) > 1 or any(map(_several, new))
     items = items if several else tuple(name for name in items if name not in said.known)
