@@ -41,26 +41,31 @@ def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
     stated = {p: p.number for p in said.active if p.number} or _turn_words(said)
     old = _repeated(stated, said)
-    found: dict[_Where, E.Edit] = {}
-    placed = [*old]
-    new = [p for p in stated if p not in old]
-    for piece in new:
-        q = stated[piece]
-        where = next(
-            (at for p, at in old.items() if len(old) == 1 and (p.clause == piece.clause or len(new) == 1)), None
-        )
-        where = where or _slot_of(piece, q, said)
-        if where is not None:
-            placed.append(piece)
-            on, slot = said.on(where[0]), where[1]
-            step = _step(piece, said) if slot in said.before[where[0]].quantities else 0
-            turns = slot == "turns" and q.unit == "x"  # "five times"
-            found[where] = E.Set(on=on, slot=slot, quantity=replace(q, unit="") if turns else q, step=step)  # type: ignore[arg-type]
+    places = {p: _place_of(p, stated, old, said) for p in stated if p not in old}
+    found = {where: _value(p, stated[p], where, said) for p, where in places.items() if where is not None}
     if found:
         named = [p for p in said.active if any(names(p, said.before[i]) for i, _ in found)]
         extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
         extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
-        yield Candidate(tuple(found.values()), (*named, *extra, *placed))
+        placed = [p for p, where in places.items() if where is not None]
+        yield Candidate(tuple(found.values()), (*named, *extra, *old, *placed))
+
+
+def _place_of(
+    piece: Phrase, stated: Mapping[Phrase, F.Quantity], old: Mapping[Phrase, _Where], said: Remark
+) -> _Where | None:
+    """Where a number belongs: instead of the one that is taken back beside it, else where it fits best."""
+    alone = len(stated) == len(old) + 1
+    instead = [where for p, where in old.items() if p.clause == piece.clause or alone]
+    return instead[0] if len(old) == len(instead) == 1 else _slot_of(piece, stated[piece], said)
+
+
+def _value(piece: Phrase, q: F.Quantity, where: _Where, said: Remark) -> E.Edit:
+    """A slot's other value; five "times" are turns."""
+    on, slot = said.on(where[0]), where[1]
+    step: Any = _step(piece, said) if slot in said.before[where[0]].quantities else 0
+    q = replace(q, unit="") if (slot, q.unit) == ("turns", "x") else q
+    return E.Set(on=on, slot=slot, quantity=q, step=step)
 
 
 def _repeated(stated: Mapping[Phrase, F.Quantity], said: Remark) -> dict[Phrase, _Where]:
@@ -85,24 +90,25 @@ def _slot_of(piece: Phrase, q: F.Quantity, said: Remark) -> _Where | None:
     """The frame and slot that a number fits best: named, of its unit, already filled, in the last frame."""
     named = _named_slots(piece, q, said)
     scores: dict[_Where, float] = {}
+    counted = ("turns",) if not q.unit and q.value in range(1, 11) else ()
     for i in _fitting(q, said):
         held = said.before[i].quantities
         for rank, (slot, units) in enumerate(slots(said.before[i]).items()):
             if slot in held and _surely(q.unit, slot, held[slot].unit):
                 return i, slot
             if q.unit in units and not _another_measure(q.unit, held.get(slot)):
-                counted = slot == "turns" and not q.unit and q.value in range(1, 11)
-                scores[i, slot] = 3.0 * (slot in named) + (2.0 + 0.5 * counted) * (slot in held) - 0.1 * rank + 0.01 * i
+                known = (2.0 + 0.5 * (slot in counted)) * (slot in held)
+                scores[i, slot] = 3.0 * (slot in named) + known - 0.1 * rank + 0.01 * i
     return max(scores, key=lambda where: scores[where], default=None)
 
 
 def _fitting(q: F.Quantity, said: Remark) -> Sequence[int]:
     """The frames that a number may be for: those that it is said of and that hold its unit, else any that do or may."""
-    every = range(len(said.before))
-    holds = [i for i in every if q.unit in {held.unit for held in said.before[i].quantities.values()}]
-    takes = [i for i in every if any(q.unit in units for units in slots(said.before[i]).values())]
-    named = [i for i in said.targets if i in holds]
-    return named or (holds if q.unit else ()) or [i for i in said.targets if i in takes] or said.targets or takes
+    held = [{one.unit for one in frame.quantities.values()} for frame in said.before]
+    taken = [{unit for units in slots(frame).values() for unit in units} for frame in said.before]
+    holds, takes = ({i for i, units in enumerate(of) if q.unit in units} for of in (held, taken))
+    said_of = {*said.targets}
+    return sorted(said_of & holds or (holds if q.unit else said_of & takes) or said_of & takes or said_of or takes)
 
 
 def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str | None]:

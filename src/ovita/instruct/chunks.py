@@ -350,19 +350,27 @@ ABOUT = frozenset(
 
 def _is_lasting(at: _Place) -> bool:
     """Whether it says how long the way takes: "take" 20 s, finish "in" 10 s, it should "last" half a minute."""
-    says = at.bare(*LASTING) or (at.bare("in", "within") and at.before in ENDING)
-    says = says or (at.word == "last" and at.before in ("should", "must", "to", "it", "will", "shall"))
-    begin = at.i + (at.length if at.word in ENDING and at.last in ("in", "within") else 1)
-    amount = next((j for j in range(begin, min(begin + 5, len(at.words))) if at.words[j] not in ABOUT), 0)
-    if not amount or not (says or begin > at.i + 1):
-        return False
-    q = amount_at(at.words, amount) or amount_at(at.words, amount - 1)
-    return q is not None and q.unit == "s"
+    within = at.bare("in", "within") and at.before in ENDING
+    lasts = at.word == "last" and at.before in ("should", "must", "to", "it", "will", "shall")
+    return _in_seconds(at.words, at.i + 1) if at.bare(*LASTING) or within or lasts else False
+
+
+def _ends_in(at: _Place) -> bool:
+    """The same of two words: "finish in" 10 s."""
+    ends = at.word in ENDING and at.last in ("in", "within")
+    return ends and _in_seconds(at.words, at.i + at.length)
+
+
+def _in_seconds(words: Sequence[str], begin: int) -> bool:
+    """Whether the amount that follows, or follows words such as "at most", is a time."""
+    amount = next((j for j in range(begin, min(begin + 5, len(words))) if words[j] not in ABOUT), 0)
+    found = [q for j in (amount, amount - 1) if amount and (q := amount_at(words, j))]
+    return bool(found) and found[0].unit == "s"
 
 
 _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
-    (lambda at: _is_lasting(at) and at.last not in ("in", "within"), ("lasting", 1)),
-    (_is_lasting, ("lasting", 0)),
+    (_is_lasting, ("lasting", 1)),
+    (_ends_in, ("lasting", 0)),
     (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
     (_is_short_by, SHORTER),
     (_is_right_there, ("plain", 1)),

@@ -128,11 +128,15 @@ def _negated(it: Facts) -> str:
     if not it.plain & denials or any(OPPOSED[sense] & it.flipped for sense in it.senses):
         return ""
     denied = [clause for clause in clauses(it.said) if {c.kind for c in clause} & denials]
-    if any(_limits(frame, it.plain) for frame in it.frames):
-        return ""
-    if it.frames and all(_elsewhere(frame, denied) for frame in it.frames):
+    if _borne_out(it, denied):
         return ""
     return f"{it.word({'never'} & it.plain or {'keep'})} turns round what it belongs to."
+
+
+def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
+    """Whether a frame is what the clauses that deny something ask for, or all frames come from other ones."""
+    limits = any(_limits(frame, it.plain) for frame in it.frames)
+    return limits or (bool(it.frames) and all(_elsewhere(frame, denied) for frame in it.frames))
 
 
 def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
@@ -340,12 +344,15 @@ def _without_unit(it: Facts) -> str:
     stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
     guessed = [abs(q.value) for q in amounts if not _among(stated, abs(q.value))]
     bare = [abs(q.value) for q in amounts if q.unit == ""]
-    for number in (chunk.number.value for chunk in it.said if chunk.kind == "Qn"):
-        if number >= 1.0 and _among(guessed, number * CENTI):
-            return f"{number:g} has no unit; it is taken as {number:g} cm."
-        if number >= FAR and number in bare:
-            return f"{number:g} has no unit; it would be {number:g} m."
-    return ""
+    told = (_as_taken(chunk.number.value, guessed, bare) for chunk in it.said if chunk.kind == "Qn")
+    return next(filter(None, told), "")
+
+
+def _as_taken(number: float, guessed: Sequence[float], bare: Sequence[float]) -> str:
+    """What a bare number is taken for."""
+    if number >= 1.0 and _among(guessed, number * CENTI):
+        return f"{number:g} has no unit; it is taken as {number:g} cm."
+    return f"{number:g} has no unit; it would be {number:g} m." if number >= FAR and number in bare else ""
 
 
 def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:

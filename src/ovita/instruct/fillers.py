@@ -289,8 +289,7 @@ def offset(clause: Constituents) -> F.Offset:
             waiting = None
         elif i not in clause.used and _is_distance(item):
             clause.used.add(i)
-            open_ = bool(found) and found[-1][1] is None
-            if open_ and not (item.apart and _has_its_own(clause.items[i + 1 :], found[-1][0])):
+            if found and _takes(found[-1], item, clause.items[i + 1 :]):
                 found[-1] = (found[-1][0], _length(item))
             else:
                 clause.used -= set() if waiting is None else {waiting}
@@ -298,6 +297,11 @@ def offset(clause: Constituents) -> F.Offset:
     if waiting is not None and len(found) == 1 and found[0][1] is None:
         found = [(found[0][0], _length(clause.items[waiting]))]
     return tuple(found)
+
+
+def _takes(last: tuple[Any, F.Quantity | None], item: Chunk, behind: Sequence[Chunk]) -> bool:
+    """Whether a distance belongs to the direction before it."""
+    return last[1] is None and not (item.apart and _has_its_own(behind, last[0]))
 
 
 def _has_its_own(behind: Sequence[Chunk], way: str) -> bool:

@@ -18,7 +18,6 @@ from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
-from ovita.instruct.notation import FRAMES, main_slot
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
@@ -421,22 +420,26 @@ def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
 
 
 def _fits(unit: str, pointer: str, labels: Mapping[str, str]) -> bool:
-    """Whether an amount in a unit may be what a pointer of an atom points at; a speed may be said in metres."""
-    if unit in ("", "step") or pointer not in AMOUNTS:
-        return True
-    if pointer == "part":
-        return unit == "m" or labels["part"] not in ("near", "beyond")
-    kind = FRAMES.get(labels["action"])
-    slot = "" if kind is None else main_slot(kind) if pointer == "amount" else pointer
-    units = LENGTHS if kind and "offset" in kind.__dataclass_fields__ and pointer == "amount" else ()
-    units += (
-        kind.__dataclass_fields__[slot].metadata.get("units", ()) if kind and slot in kind.__dataclass_fields__ else ()
-    )
-    return not units or unit in units or (labels["action"], unit) == ("pace", "m") or (pointer, unit) == ("turns", "x")
+    """Whether an amount in a unit may be what a pointer of an atom points at."""
+    of = labels.get("part" if pointer == "part" else "action", "")
+    units = MEASURED_IN.get((of, pointer)) or MEASURED_IN.get(("", pointer))
+    return units is None or unit in ("", "step", *units)
 
 
-LENGTHS = ("m",)
-"""What shifts are measured in."""
+LENGTHS = ("move", "end", "clearance", "via", "hop", "hover", "height", "bound", "stop")
+MEASURED_IN: Mapping[tuple[str, str], tuple[str, ...]] = {
+    **{(action, "amount"): ("m",) for action in LENGTHS},
+    **{(action, "amount"): ("m", "%", "x") for action in ("closer", "farther")},
+    **{(action, "amount"): ("deg",) for action in ("rotate", "tilt")},
+    ("pace", "amount"): ("m/s", "%", "x", "m/s2", "s", "m"),
+    ("resize", "amount"): ("%", "x"),
+    **{("", pointer): ("m",) for pointer in ("radius", "size", "rise")},
+    **{(kind, "part"): ("m",) for kind in ("near", "beyond")},
+    ("", "duration"): ("s",),
+    ("", "turns"): ("x", "turns"),
+}
+"""The units of what a pointer points at, by action or by kind of part, where not every one will do; a speed may be said
+in metres."""
 
 
 def _pointed(output: Output, pointer: str, q: int, needed: bool, others: Collection[int]) -> tuple[int, float]:

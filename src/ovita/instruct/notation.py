@@ -243,14 +243,20 @@ class _Words:
             return {choice: key, "amount": quantity(value)}
         if choice in ("relation", "cut"):
             return {choice: key} | self.about(known, value)
+        if placed := self.placed(kind, key, value):
+            return placed
+        slot, role = (main_slot(kind), key) if key in ROLES else (_SLOTS.get(key, key), "by")
+        return {slot: quantity(value, role)} if slot in _MEASURES[kind] else {}
+
+    def placed(self, kind: type[F.SemanticFrame], key: str, value: str) -> dict[str, Any]:
+        """The slots that "key=value" fills with a place; none where it is no place."""
+        known = _HINTS[kind]
         if key in _AIMS and "aim" in known:
             return {"aim": _AIMS[key]} | ({"relation": "to"} if kind is F.MoveEnd else {}) | self.about(known, value)
         if key in F.PLACES and key in known:
             return {key: self.place(value)}
-        if (key in ("at", "of") and "place" in known) or (kind, key) in ((F.Extend, "to"), (F.Hop, "over")):
-            return self.about(known, value)
-        slot, role = (main_slot(kind), key) if key in ROLES else (_SLOTS.get(key, key), "by")
-        return {slot: quantity(value, role)} if slot in _MEASURES[kind] else {}
+        at = (key in ("at", "of") and "place" in known) or (kind, key) in ((F.Extend, "to"), (F.Hop, "over"))
+        return self.about(known, value) if at else {}
 
     def bare(self, kind: type[F.SemanticFrame], word: str) -> dict[str, Any]:
         """The slot that a word without a key fills: a choice, a number, or objects."""

@@ -336,9 +336,13 @@ def _height_of(found: Sequence[Chunk]) -> Chunk:
     how = next((HOW[c.kind] for c in found if c.kind in HOW), "")
     if any(c.kind == "never" for c in found):
         return merged(found, "Hof", q=replace(q, role="at_least" if how == "at_most" else "at_most"))
-    bound = next((c.kind for c in found if c.kind in ("at_least", "at_most")), how if not q.value else "")
-    sign = -1.0 if how == "at_most" and q.value else 1.0
-    return merged(found, "Hof", q=Quantity(sign * q.value, "m", cast(Role, bound or "to")))
+    return merged(found, "Hof", q=_measured(found, how, q.value))
+
+
+def _measured(found: Sequence[Chunk], how: str, by: float) -> Quantity:
+    """By how much above or below a thing, or the bound that it is."""
+    bound = next((c.kind for c in found if c.kind in ("at_least", "at_most")), "" if by else how)
+    return Quantity(-by if how == "at_most" else by, "m", cast(Role, bound or "to"))
 
 
 def _size_to_come_to(found: Sequence[Chunk]) -> list[Chunk] | None:

@@ -102,18 +102,22 @@ def realise(
 
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
     """When a frame's turn comes; what is straight, or slower at the end, is so on the path that a cut leaves."""
-    at_the_end = frame.part.kind == "last" and (frame.part.amount is None or frame.part.unit == "share")
-    if isinstance(frame, F.Pace) and frame.change != "set" and at_the_end and builder.has(F.StopAt, F.Trim):
-        return len(ORDER)
-    if isinstance(frame, F.Pace) and frame.amount is not None and frame.amount.unit == "s":
-        return len(ORDER)  # how long the way takes depends on all of it
-    if isinstance(frame, F.Straighten) and not frame.part and builder.has(F.Trim):
-        return RANK["trim"]
-    if isinstance(frame, F.Pace) and frame.change in RANK:
-        return RANK[frame.change]  # what another pace leaves beside a part holds, too
-    if isinstance(frame, F.Height) and (frame.part or frame.level.role in ("at_least", "at_most")):
-        return RANK["bound"]
-    return RANK[name_of(frame)]
+    match frame:
+        case F.Pace(amount=F.Quantity(unit="s")):
+            return len(ORDER)  # how long the way takes depends on all of it
+        case F.Pace() if frame.change != "set" and builder.has(F.StopAt, F.Trim) and _at_the_end(frame.part):
+            return len(ORDER)
+        case F.Straighten() if not frame.part and builder.has(F.Trim):
+            return RANK["trim"]
+        case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
+            return RANK["bound"]
+    change = getattr(frame, "change", "") if isinstance(frame, F.Pace) else ""
+    return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
+
+
+def _at_the_end(part: PathPart) -> bool:
+    """Whether a part of the path is its end, by no length of its own."""
+    return part.kind == "last" and (part.amount is None or part.unit == "share")
 
 
 def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:

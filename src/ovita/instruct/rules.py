@@ -363,12 +363,16 @@ def _joint(span: Sequence[Stretch]) -> float:
     if len(span) == 1:
         return 0.0
     asks = not {c.kind for c in span[0].items} <= PLACING | FREE
+    verbs = sum(asks and piece.first in VERBS for piece in span[1:])
+    return JOINT * (len(span) - 1) + VERB * (verbs + _apart(span))
+
+
+def _apart(span: Sequence[Stretch]) -> bool:
+    """Whether several pieces are several wishes: of two places, of their own things, or each complete."""
     places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
     own = any(map(_names_its_own, span[1:])) or any(map(_is_a_limit, span))
     again = frozenset.intersection(*(frozenset(c.kind for c in p.items) for p in span)) & COMPARED
-    apart = places > 1 or own or (not again and all(map(_complete, span)))
-    verbs = sum(asks and piece.first in VERBS for piece in span[1:])
-    return JOINT * (len(span) - 1) + VERB * (verbs + apart)
+    return places > 1 or own or (not again and all(map(_complete, span)))
 
 
 def _complete(piece: Stretch) -> bool:

@@ -5,7 +5,7 @@ A frame with several directions is several atoms; `frames_of` joins them again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, TypeAlias
 
@@ -129,10 +129,7 @@ def atoms_of(items: Iterable[F.SemanticFrame | E.Edit]) -> tuple[Atom, ...]:
 
 def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
     said = {slot.name: value for slot in fields(frame) if (value := getattr(frame, slot.name)) is not None}
-    labels = {"action": name_of(frame), "choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
-    labels |= {
-        head: said[head] for head in ("degree", "sense", "relation", "direction") if said.get(head) in HEADS[head]
-    }
+    labels = {"action": name_of(frame)} | _labels(said)
     amounts = {to: said[slot] for slot, to in _POINTER_OF.items() if isinstance(said.get(slot), F.Quantity)}
     main = amounts.get("amount")
     if main is not None:
@@ -144,6 +141,14 @@ def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
     if len(atom.objects) > 3:
         raise Unfit("more than three objects")
     return [_directed(atom, direction, quantity) for direction, quantity in said.get("offset", ())] or [atom]
+
+
+def _labels(said: Mapping[str, Any]) -> dict[str, str]:
+    """What the slots of a frame choose."""
+    chosen = {
+        head: said[head] for head in ("degree", "sense", "relation", "direction") if said.get(head) in HEADS[head]
+    }
+    return chosen | {"choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
 
 
 def _spot(place: F.Place) -> Atom:
@@ -334,17 +339,22 @@ def part_of(atom: Atom) -> PathPart:
     kind, place = atom.label("part"), atom.label("place")
     if kind == "whole":
         return WHOLE
-    places: tuple[str, ...] = ()
-    if kind in ("near", "between", "after", "before"):
-        places = (place,) if place in ("start", "goal") else atom.places
-        if len(places) < (2 if kind == "between" else 1):
-            raise Unfit(f"{kind} what")
+    places = _places_of(atom, kind, place)
     amount, until = atom.amounts.get("part"), atom.amounts.get("until")
     if (kind in ("range", "from") and amount is None) or (kind in ("range", "upto") and until is None):
         raise Unfit("a range without its ends")
     end = until if kind in ("range", "upto") else None
     part = part_told(Where(kind, places, amount, end, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
+
+
+def _places_of(atom: Atom, kind: str, place: str) -> tuple[str, ...]:
+    """The places of a part of the path; none where its kind has none."""
+    least = {"near": 1, "between": 2, "after": 1, "before": 1}.get(kind, 0)
+    places = (place,) if place in ("start", "goal") else atom.places
+    if len(places) < least:
+        raise Unfit(f"{kind} what")
+    return places if least else ()
 
 
 Previous: TypeAlias = Sequence[F.SemanticFrame]
