@@ -269,7 +269,7 @@ class Model(nn.Module):
 def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
     """The mean of the weights of several runs that went on from one another, with the vocabulary of the first.
 
-    A piece that a run does not know counts as in the first. The mean reads strangers better than each of them
+    A piece or query that a run does not know counts as in the first. The mean reads strangers better than each of them
     (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
     """
     runs = []
@@ -283,6 +283,7 @@ def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
             own = run[name][rows]
             own[np.array(rows) < 0] = runs[0][name][np.array(rows) < 0]
             run[name] = own
+        run["queries"] = np.concatenate([run["queries"], runs[0]["queries"][len(run["queries"]) :]])
     out: dict[str, np.ndarray] = {}
     for name, first in runs[0].items():
         if first.dtype == np.int8:

@@ -253,7 +253,7 @@ def test_a_time_that_is_none_is_asked_about():
         "move right=5cm @last; mirror left",
         "extend up=10cm; rotate 30deg",
         "extend by=20cm; resize by=0.8x",
-        "closer cup by=5cm; straighten",
+        "move up=5cm @near=box; straighten",
         "circle cup; end goal to=box",
     ],
 )

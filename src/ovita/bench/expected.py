@@ -273,7 +273,19 @@ def _stop(case: _Asked, frame: F.StopAt) -> Check:
 
 
 def _pace(case: _Asked, frame: F.Pace) -> Check | None:
+    if frame.amount is not None and frame.amount.unit == "s":
+        return _lasting(case, frame, frame.amount)
     return _PACES[frame.change](case, frame)
+
+
+def _lasting(case: _Asked, frame: F.Pace, q: F.Quantity) -> Check:
+    """So many seconds, at most so many, or so many more or less."""
+    where = case.part(frame.part)
+    if q.role == "at_most":
+        return asked.lasts(at_most=q.value, where=where)
+    if frame.change in ("faster", "slower") and q.role == "by":
+        return asked.lasts(by=-q.value if frame.change == "faster" else q.value, where=where)
+    return asked.lasts(q.value, where=where)
 
 
 def _set(case: _Asked, frame: F.Pace) -> Check | None:

@@ -220,6 +220,27 @@ def speed_changed(pair: Pair, by: float, *, where: Where = None) -> CheckResult:
 
 
 @predicate
+def lasts(
+    pair: Pair, seconds: float | None = None, *, at_most: float | None = None, by: float = 0.0, where: Where = None
+) -> CheckResult:
+    """The way takes so long, within 10 %, at most so long, or by so much longer than before, standing still left out."""
+    old, new = map(_moving_time, (pair.original, pair.adapted) if where is None else pair.part(where))
+    aim = old + by if seconds is None else seconds
+    slack = AIM * abs(by) if seconds is None else 0.1 * seconds
+    least, most = (0.0, 1.02 * at_most) if at_most is not None else (aim - slack, aim + slack)
+    return say(
+        least <= new <= most, f"take {most:.3g} s at most{said(where)}", f"it takes {new:.3g} s, {old:.3g} before"
+    )
+
+
+def _moving_time(rows: Array) -> float:
+    """The time in which a trajectory (N, 4) moves [s]."""
+    ds, pace = lengths(np.diff(rows[:, :3], axis=0)), (rows[1:, 3] + rows[:-1, 3]) / 2.0
+    moves = (ds > 0) & (pace > 0)
+    return float((ds[moves] / pace[moves]).sum())
+
+
+@predicate
 def accelerates(pair: Pair, rate: float, *, where: Where = None) -> CheckResult:
     """The squared speed rises or falls over the length by twice a rate [m/s^2], until it reaches 0; within 20 %."""
     _, rows = pair.part(where)
