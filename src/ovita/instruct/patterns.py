@@ -438,6 +438,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("END|endup|startat back OBJ", lambda f: [*f[:2], merged(f[2:], "obj", value="of")] if f[1].text.lower() == "behind" else None),
     ("keep (?=farther Qm from )", lambda f: merged(f, "filler")),
     # numbers
+    ("by? Qs faster|slower", lambda f: [f[-1], merged(f[:-1], "Qdt", q=numbers(f)[0])]),
+    ("Qs from", lambda f: [merged(f[1:], "faster"), merged(f[:1], "Qdt", q=f[0].q)] if f[1].text.lower() == "off" else None),
     ("axis axis", lambda f: merged(f, "axis", text=f[0].text)),
     ("within approx? Qv", partial(in_role, "at_most")),
     ("quarter|half of? turns|laps|rotate|circle", _turned),

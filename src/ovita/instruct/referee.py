@@ -65,7 +65,7 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.82, 0.15
+DO, SHOW = 0.84, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ = 0.58
@@ -333,8 +333,7 @@ class Readings:
         if self.learned is None:
             return False
         asks = bool(self.learned.question) and self.learned.confidence >= AGAINST_WHOLE
-        told_apart = any(frame.part.kind == "outside" for frame in _frames(self.rules))  # fast, but slowly near the cup
-        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING and not told_apart)
+        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING and not self.told_apart)
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
@@ -353,7 +352,13 @@ class Readings:
         """Whether a reading is likely enough to be done, more so one against an utterance that the rules read."""
         if self.whole and by == "learned":
             return confidence >= (AGAINST_WHOLE if len(self.said) > CURT else CERTAIN)
-        return confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
+        contradicted = self.whole and self.told_apart and self.learned is not None and bool(self.learned.improper)
+        return contradicted or confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
+
+    @cached_property
+    def told_apart(self) -> bool:
+        """Whether the rules tell a part from all the rest: "go fast, but slowly near the cup" contradicts nothing."""
+        return any(frame.part.kind == "outside" for frame in _frames(self.rules))
 
     def _rules_prevail(self) -> bool:
         """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
@@ -403,7 +408,7 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str],
             return True
     if len(said) <= CURT and _matters(said, left, certain):
         return True
-    return not certain and any(map(_is_strange_wish, clauses(said)))
+    return any(map(_is_strange_wish, clauses(said)))
 
 
 def _is_strange_wish(clause: Sequence[Chunk]) -> bool:
@@ -454,7 +459,7 @@ def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
 
 
 def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
-    """Whether two readings differ only in parts of the path, words of degree, and ending at an object or passing it."""
+    """Whether two readings differ only in parts of the path, degrees, and ending somewhere or passing there."""
     mine, theirs = (tuple(map(_roughly, frames)) for frames in (one, other))
     return F.same(mine, theirs)
 
@@ -463,6 +468,8 @@ def _roughly(frame: F.SemanticFrame) -> F.SemanticFrame:
     match frame:
         case F.MoveEnd(end="goal", relation="to", offset=(), place=str() as place) if place not in ("", *F.SPOTS):
             frame = F.Visit(objects=(place,), relation="at")
+        case F.MoveEnd(level=F.Quantity() as level):
+            frame = F.Height(level=level)
     return replace(frame, part=WHOLE, degree=None)
 
 

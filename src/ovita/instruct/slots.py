@@ -343,6 +343,8 @@ def part_of(atom: Atom) -> PathPart:
     amount, until = atom.amounts.get("part"), atom.amounts.get("until")
     if (kind in ("range", "from") and amount is None) or (kind in ("range", "upto") and until is None):
         raise Unfit("a range without its ends")
+    if kind == "beyond" and atom.label("toward") == "down" and amount is not None:
+        amount = replace(amount, value=-abs(amount.value))  # "below 30 cm" counts from the ground up
     end = until if kind in ("range", "upto") else None
     part = part_told(Where(kind, places, amount, end, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part

@@ -418,6 +418,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Pace, ("inc|raise|up speed",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc up raise more times faster thru as", 0.1, check=_pace),
     Row(F.Pace, ("multiply speed Qn|Qx|Qpc",), {"amount": lambda c: (lambda q: q and F.Quantity(q.value, "x", "to"))(c.quantity("Qn", "Qx", "Qpc"))}, {"change": "set"}, ("amount",), "speed", 0.0),
     Row(F.Pace, ("lasting Qs !obj|extend",), {"amount": amount("Qs", role="")}, {}, ("amount",), "lasting path whole endup stop there", 0.0, check=_lasting),
+    *(Row(F.Pace, (f"{change} Qdt",), {"amount": amount("Qdt")}, {"change": change}, ("amount",), f"path whole {change}", -0.1) for change in ("faster", "slower")),
     Row(F.Pace, ("slower_time",), {}, {"change": "set", "amount": F.Quantity(0.5, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("faster_time",), {}, {"change": "set", "amount": F.Quantity(2.0, "x", "to")}, (), "speed path whole in endup", 0.1),
     Row(F.Pace, ("slower", "less speed", "brake", "creep", "Qpc|Qv from speed"), {"amount": speed_amount}, {"change": "slower"}, (), "speed path whole keep pass dec times slower brake trim creep thru", 0.1, check=_pace),

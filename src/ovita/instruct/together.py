@@ -152,8 +152,12 @@ def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
     """Whether a frame says all that another says, and more: "smooth it, a bit smoother near the end"."""
-    if type(full) is not type(bare) or (full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure)):
+    if type(full) is not type(bare) or (
+        full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure | F.Straighten)
+    ):
         return False
+    if isinstance(full, F.Shift) and isinstance(bare, F.Shift):
+        return full != bare and all(q is None and way in dict(full.offset) for way, q in bare.offset)
     said: dict[str, Any] = {s.name: getattr(full, s.name) for s in fields(bare) if getattr(bare, s.name) == s.default}
     return full != bare and full == replace(bare, **said)
 

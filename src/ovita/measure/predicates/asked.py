@@ -223,7 +223,7 @@ def speed_changed(pair: Pair, by: float, *, where: Where = None) -> CheckResult:
 def lasts(
     pair: Pair, seconds: float | None = None, *, at_most: float | None = None, by: float = 0.0, where: Where = None
 ) -> CheckResult:
-    """The way takes so long, within 10 %, at most so long, or by so much longer than before, standing still left out."""
+    """The way takes so long, within 10 %, at most so long, or by so much longer than before, dwells left out."""
     old, new = map(_moving_time, (pair.original, pair.adapted) if where is None else pair.part(where))
     aim = old + by if seconds is None else seconds
     slack = AIM * abs(by) if seconds is None else 0.1 * seconds
