@@ -167,7 +167,7 @@ def test_a_distance_to_what_is_passed_is_kept():
 
 
 def test_a_way_may_be_kept_from_leading_over_something():
-    said = "From the box to the plate; on no account go over the bottle"
+    said = "From the box to the plate, but do not go over the bottle"
     made = from_words(said, TABLE, ARM, writer="builtin")
     path, bottle = made.adaptation.adapted.resample(500).positions, TABLE["bottle"]
     assert made.status == "done" and made.route.barred == ("bottle",)
