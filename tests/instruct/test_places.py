@@ -147,7 +147,6 @@ def test_a_path_under_a_thing_is_pulled_closer_without_a_jump():
 @pytest.mark.parametrize(
     "sentence",
     [
-        "reverse it and end where it ended",
         "stay lower than 0.8 and stay above 1.2",
         "stay above 1.2 m and never higher than 0.8 m",
         "end at the cup and end at the tower",

@@ -341,7 +341,6 @@ def test_ordinary_wishes_are_not_asked_back(sentence, right):
     "text",
     [
         "pass 30 cm higher behind the mug",
-        "behind the mug, fly 30 cm higher",
         "go higher by 0.3 behind the mug",
         "raise it by 30 cm behind the mug",
     ],
