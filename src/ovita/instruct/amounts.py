@@ -106,9 +106,13 @@ def _fitting(q: F.Quantity, said: Remark) -> Sequence[int]:
     """The frames that a number may be for: those that it is said of and that hold its unit, else any that do or may."""
     held = [{one.unit for one in frame.quantities.values()} for frame in said.before]
     taken = [{unit for units in slots(frame).values() for unit in units} for frame in said.before]
-    holds, takes = ({i for i, units in enumerate(of) if q.unit in units} for of in (held, taken))
+    holds, takes = _having(q.unit, held), _having(q.unit, taken)
     said_of = {*said.targets}
     return sorted(said_of & holds or (holds if q.unit else said_of & takes) or said_of & takes or said_of or takes)
+
+
+def _having(unit: str, of: Sequence[Collection[str]]) -> set[int]:
+    return {i for i, units in enumerate(of) if unit in units}
 
 
 def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str | None]:

@@ -333,7 +333,8 @@ class Readings:
         if self.learned is None:
             return False
         asks = bool(self.learned.question) and self.learned.confidence >= AGAINST_WHOLE
-        return asks or (bool(self.learned.improper) and self.learned.confidence >= REFUSING and not self.told_apart)
+        refuses = self.learned.improper and self.learned.confidence >= REFUSING
+        return asks or (bool(refuses) and not self.told_apart)
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
@@ -352,13 +353,15 @@ class Readings:
         """Whether a reading is likely enough to be done, more so one against an utterance that the rules read."""
         if self.whole and by == "learned":
             return confidence >= (AGAINST_WHOLE if len(self.said) > CURT else CERTAIN)
-        contradicted = self.whole and self.told_apart and self.learned is not None and bool(self.learned.improper)
-        return contradicted or confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
+        if self.whole and self.told_apart:
+            return True
+        return confidence >= (WHOLE_READ if self.whole and not self.refused else DO)
 
     @cached_property
     def told_apart(self) -> bool:
-        """Whether the rules tell a part from all the rest: "go fast, but slowly near the cup" contradicts nothing."""
-        return any(frame.part.kind == "outside" for frame in _frames(self.rules))
+        """Whether the network finds a contradiction where a part is told from the rest: "fast, but slowly near it"."""
+        apart = any(frame.part.kind == "outside" for frame in _frames(self.rules))
+        return apart and bool(self.learned and self.learned.improper)
 
     def _rules_prevail(self) -> bool:
         """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""

@@ -340,14 +340,19 @@ def part_of(atom: Atom) -> PathPart:
     if kind == "whole":
         return WHOLE
     places = _places_of(atom, kind, place)
-    amount, until = atom.amounts.get("part"), atom.amounts.get("until")
+    amount, until = _begun(atom, kind), atom.amounts.get("until")
     if (kind in ("range", "from") and amount is None) or (kind in ("range", "upto") and until is None):
         raise Unfit("a range without its ends")
-    if kind == "beyond" and atom.label("toward") == "down" and amount is not None:
-        amount = replace(amount, value=-abs(amount.value))  # "below 30 cm" counts from the ground up
     end = until if kind in ("range", "upto") else None
     part = part_told(Where(kind, places, amount, end, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
+
+
+def _begun(atom: Atom, kind: str) -> F.Quantity | None:
+    """How much of a part or from where; "below 30 cm" counts from the ground up, against its direction."""
+    amount = atom.amounts.get("part")
+    below = (kind, atom.label("toward")) == ("beyond", "down")
+    return replace(amount, value=-abs(amount.value)) if amount and below else amount
 
 
 def _places_of(atom: Atom, kind: str, place: str) -> tuple[str, ...]:
