@@ -1,8 +1,10 @@
 """Frames and edits as atoms of the learned reader, and sentences as it sees them."""
 
+from dataclasses import replace
+
 import pytest
 
-from ovita.instruct.frames import same
+from ovita.instruct.frames import Quantity, same
 from ovita.instruct.notation import parse, parse_edits, show
 from ovita.instruct.sketch import sketch
 from ovita.instruct.slots import HEADS, Unfit, atoms_of, items_of
@@ -111,3 +113,10 @@ def test_objects_and_amounts_are_replaced_by_marks(sentence, seen):
 def test_amounts_keep_their_value_and_unit(sentence, value, unit):
     (mention,) = sketch(sentence, SCENE).mentions
     assert (mention.value, mention.unit) == (pytest.approx(value), unit)
+
+
+def test_what_is_below_a_height_counts_from_the_ground_up_as_a_person_says_it():
+    meant = parse("move up=2cm @beyond=down,20cm")
+    (atom,) = atoms_of(meant)
+    told = replace(atom, amounts=atom.amounts | {"part": Quantity(0.2, "m")})
+    assert items_of([atom]) == items_of([told]) == meant

@@ -111,7 +111,7 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
             return RANK["trim"]
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
             return RANK["bound"]
-    change = getattr(frame, "change", "") if isinstance(frame, F.Pace) else ""
+    change = frame.change if isinstance(frame, F.Pace) else ""
     return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
 
 
