@@ -398,9 +398,9 @@ def studio(
     server = Studio(StudioSettings(template, files, host, port, token, sessions or default_folder()))
     made = token == "auto"
     told = "" if made or not token else "; it asks for the token"
-    click.echo(f"The studio is open at {server.url if made else server.url.partition('?')[0]}{told}")
-    click.echo("Ctrl-C ends it; every session is kept and goes on when it starts again.")
     try:
+        click.echo(f"The studio is open at {server.url if made else server.url.partition('?')[0]}{told}")
+        click.echo("Ctrl-C ends it; every session is kept and goes on when it starts again.")
         server.wait()
     finally:
         rich.get_console().quiet = True  # viser's thread may say that it stopped when all is over
