@@ -16,7 +16,7 @@ from ovita.instruct.notation import show
 from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, more_first, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
-from ovita.paths.scene import Scene
+from ovita.paths.scene import POINT, Scene
 from ovita.paths.trajectory import Array
 
 LETTERS = tuple(f"<{letter}>" for letter in "ABCDEFGH")
@@ -191,7 +191,7 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 def _mention_at(
     words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
-    if not words[i].lstrip(".")[:1].isalnum() and not words[i][:-1].startswith("("):
+    if not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i])):
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
