@@ -26,13 +26,20 @@ def until(condition, seconds=20.0):
 
 
 def at_rest(page, seconds=0.8):
-    """Wait until the camera has come to rest: the page tells of its own size late, and then it looks anew."""
+    """Wait until the camera has come to rest: the page tells of its own size late, and then it looks anew.
+
+    The page hears of it later still, and looks for the line under the pointer by what it heard.
+    """
     seen, since = None, 0.0
 
     def rests():
         nonlocal seen, since
         camera, now = page.view.client.camera, time.monotonic()
-        state = (*camera.position, *camera.look_at, camera.image_width, camera.image_height)
+        heard = page.evaluate(
+            "() => { const box = ovitaTimeline.scene()?.getBoundingClientRect(), { camera } = ovitaTimeline.state();"
+            " return JSON.stringify([camera, box]); }"
+        )
+        state = (*camera.position, *camera.look_at, camera.image_width, camera.image_height, heard)
         if state != seen:
             seen, since = state, now
         return now - since > seconds
