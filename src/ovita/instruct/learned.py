@@ -18,6 +18,7 @@ from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
+from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
@@ -33,6 +34,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
     "farther": ("degree", "part"),
     "clearance": ("role", "part"),
     "via": ("relation",),
+    "avoid": ("relation",),
     "side": ("direction",),
     "keep": ("choice", "part"),
     "stop": ("spot",),
@@ -66,7 +68,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
 
 _ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
                "set", "scale", "undo", "redo")  # fmt: skip
-_OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop")
+_OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop", "avoid")
 _FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
@@ -79,14 +81,17 @@ POINTS: dict[str, tuple[str, ...]] = {
 """What each action may point at, besides its place and its part of the path."""
 
 _FIRST = ("none", "ask", "improper", *TRAINED)
-_COMPASS = HEADS["direction"][1:]
+_COMPASS = DIRECTIONS
 ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
     ("height", "role"): ("to", "at_least", "at_most"),
     ("pace", "role"): ("by", "to"),
-    **{(action, "direction"): _COMPASS for action in ("move", "side", "tilt", "bound")},
+    **{(action, "direction"): _COMPASS for action in ("move", "tilt", "bound")},
+    ("side", "direction"): (*_COMPASS, "other"),
+    **{(action, "direction"): ("", *_COMPASS) for action in ("end", "extend", "set", "replace")},
     ("end", "relation"): ("", "to", "toward", "away"),
     ("via", "relation"): ("", "over", "under", "between"),
+    ("avoid", "relation"): ("over", "under", "between"),
     ("end", "spot"): ("", "object", "start", "goal", "middle", "objects"),
     ("replace", "spot"): ("", "start", "goal"),
     **{(action, "spot"): ("", "object") for action in ("extend", "bound")},
@@ -95,7 +100,7 @@ ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
 """What a head may say for an action, where that is not everything."""
 
 NEEDED: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("closer", "farther", "via", "side", "hop", "hover"), ("objects1",)),
+    **dict.fromkeys(("closer", "farther", "via", "side", "hop", "hover", "avoid"), ("objects1",)),
     "clearance": ("objects1", "amount"),
     **dict.fromkeys(("height", "set"), ("amount",)),
 }  # fmt: skip

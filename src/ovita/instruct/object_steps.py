@@ -12,7 +12,7 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap, waited
 from ovita.paths.geometry import closest_to_point
-from ovita.paths.scene import SceneObject
+from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
 from ovita.paths.trajectory import Array
 from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
@@ -239,12 +239,34 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
         )
 
 
+def avoid(builder: PolicyBuilder, frame: F.Avoid) -> None:
+    """Neither over objects, nor under them, or not between two."""
+    items = [builder.scene[name] for name in frame.objects]
+    groups = [items[:2]] if frame.relation == "between" else [[item] for item in items]
+    for group in groups:
+        names, refs = " and ".join(item.name for item in group), ", ".join(map(builder.ref, group))
+        gap = builder.length(
+            None, max(builder.tolerance, *map(builder.room, group)), f"the distance kept beside {names}"
+        )
+        about = group[0].name if len(group) == 1 else ""
+        name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", about=about, direction="away")
+        way = f"{frame.relation!r}, {refs}, gap={name}"
+        plan = f"Go around {names}, {gap:g} m beside, where the path would pass {frame.relation} "
+        builder.add(
+            f"traj = avoid(traj, {way})",
+            f"{plan}{'them' if len(group) > 1 else 'it'}.",
+            f"expect_avoided({way})",
+        )
+
+
 def side(builder: PolicyBuilder, frame: F.Side) -> None:
     """Pass objects on one side; stay there where the ends do, unless another request leads the path elsewhere."""
-    word = builder.word(frame.direction)
-    axis = builder.axis(word)
     where, part = builder.part(frame.part)
     for item in map(builder.scene.__getitem__, frame.objects):
+        word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
+        if not word:
+            return
+        axis = builder.axis(word)
         half, ref = extent(item, axis), builder.ref(item)
         gap = max(builder.scale.step("slight"), builder.room(item), *_kept_from(builder, item))
         words = f"{OF[word]} {item.name}"
@@ -267,6 +289,16 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         )
 
 
+def _other_side(builder: PolicyBuilder, item: SceneObject) -> str:
+    """The direction word of the side of an object on which the path does not pass; "" where that has to be asked."""
+    now = side_passed(builder.scene.frame, builder.positions, item.position)
+    if not now:
+        builder.ask(f"The path passes right over {item.name}: on which side of it should it pass?")
+        return ""
+    builder.assume(f"the other side of {item.name} is {OF[OPPOSITE[now]]} it; the path passes {OF[now]} it now")
+    return OPPOSITE[now]
+
+
 def _kept_from(builder: PolicyBuilder, item: SceneObject) -> list[float]:
     """What other requests keep from an object, and as much again by a quarter for the bend around it [m]."""
     clear = [f for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
@@ -280,5 +312,5 @@ def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:
 
 
 OBJECT_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Side: side, F.Hop: hop, F.Hover: hover,
+    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Side: side, F.Avoid: avoid, F.Hop: hop, F.Hover: hover,
 }  # fmt: skip

@@ -237,6 +237,12 @@ def _counted(label: str, times: float | None = None) -> Build:
     return build
 
 
+def _left_on(found: Sequence[Chunk]) -> list[Chunk]:
+    """An object that is left on one side is passed on the other: "with the cup on your left", "leave it to port"."""
+    side = FLIPPED[found[-1].kind]
+    return [merged(found[:1], "pass"), merged(found[1:2], "obj", value="of"), merged(found[2:], side, value="flipped")]
+
+
 def _flip(found: Sequence[Chunk]) -> Chunk:
     last = found[-1]
     said = {c.kind for c in found} | {found[0].text.lower()}
@@ -514,7 +520,8 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("in|on|at|by|to|from|near? middle of? path?", _plain("middle")),
     ("SHARE|Qx as", lambda f: f[0] if f[0].kind == "Qx" and f[0].number.value > 1 else merged(f[:1], "Qpc", q=replace(_share_of(f[0]), role="to"))),
     ("law to? OBJ comma? law", lambda f: _law(f)),
-    ("with|keep OBJ on|to|at left|right", lambda f: [merged(f[:1], "pass"), merged(f[1:2], "obj", value="of"), merged(f[2:], FLIPPED[f[3].kind], value="flipped")]),
+    ("with|keep OBJ on|to|at left|right", _left_on),
+    ("keep OBJ left|right", lambda f: _left_on(f) if f[2].text.lower().startswith("to ") else None),
     ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
     ("keep for|with|to OBJ", lambda f: merged(f, "unknown") if "same" in f[0].text.lower() else None),
     ("by keep", lambda f: merged(f, "unknown") if "same" in f[1].text.lower() else None),

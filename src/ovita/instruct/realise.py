@@ -28,7 +28,7 @@ STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height"),
-    *("side", "closer farther", "clearance", "via hop", "bound", "end", "zigzag wave shake", "pace", "cap floor"),
+    *("side", "closer farther", "clearance avoid", "via hop", "bound", "end", "zigzag wave shake", "pace", "cap floor"),
     *("extend return circle eight spiral hover wait stop", "trim waypoints"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,
@@ -219,7 +219,7 @@ def _things(frame: F.SemanticFrame) -> set[F.Place]:
 def _wishes(frame: F.SemanticFrame, axes: Frame) -> set[str]:
     """The change that a frame asks for, and the direction words of a shift or a side."""
     found = {str(getattr(frame, slot, "")) for slot in ("change", "sense")}
-    if isinstance(frame, F.Side):
+    if isinstance(frame, F.Side) and frame.direction != "other":
         found.add(direction_word(axes, frame.direction))
     for said, q in frame.offset if isinstance(frame, F.Shift | F.MoveEnd) else ():
         word = direction_word(axes, said)

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Literal
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import DOING, Chunk, chunks
+from ovita.instruct.compass import on_axes
 from ovita.instruct.contradictions import (
     BOUNDS,
     CHECKS,
@@ -138,7 +139,16 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text = repaired(written_out(text), scene, positions)
+    text, taken = on_axes(repaired(written_out(text), scene, positions), scene)
+    found = _understood(text, scene, positions, before, quick=quick and not taken)
+    outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
+    return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
+
+
+def _understood(
+    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame], *, quick: bool
+) -> Understanding:
+    """As `understand`, of an utterance that is written out."""
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
     rules = in_units(rules, said, positions)
@@ -191,7 +201,7 @@ def overheard(
     from ovita.instruct.feedback import retrospect
     from ovita.instruct.looking_back import Hearing
 
-    text = repaired(written_out(text), scene, positions)
+    text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_units(found.reading, said, positions).edits

@@ -19,7 +19,7 @@ from ovita.paths.part import WHOLE, PathPart, outside
 TRAINED = (
     "move", "end", "closer", "farther", "clearance", "via", "side", "pace", "keep", "stop", "wait", "extend", "smooth",
     "waypoints", "circle", "spiral", "eight", "zigzag", "wave", "shake", "hop", "hover", "mirror", "rotate", "tilt",
-    "resize", "curve", "straighten", "height", "bound", "reverse", "return", "trim", "quadrant",
+    "resize", "curve", "straighten", "height", "bound", "reverse", "return", "trim", "quadrant", "avoid",
 )  # fmt: skip
 """The frames that the network was trained on, in the order of its classes; the rules alone read any other."""
 ACTIONS = ("none", "ask", "improper", *TRAINED, *(name for name in EDITS if name != "also"))
@@ -52,7 +52,7 @@ HEADS: dict[str, tuple[str, ...]] = {
     "action": ACTIONS,
     "choice": tuple(dict.fromkeys(["", *(word for words in CHOICES.values() for word in words)])),
     "relation": RELATIONS,
-    "direction": ("", *DIRECTIONS),
+    "direction": ("", *DIRECTIONS, "other"),
     "role": ("by", "to", "at", "at_least", "at_most"),
     "degree": ("", "slight", "large"),
     "sense": ("", "cw", "ccw"),

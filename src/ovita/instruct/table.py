@@ -403,6 +403,8 @@ ROWS: tuple[Row, ...] = (
     Row(F.Clearance, ("Qm:at_least,at_most obj|within_of", "min|at_least|max|at_most|keep|distance Qm", "keep within_of", "distance Qm", "min|max distance Qn", "keep Qm obj:from", "within_of !speed|faster|slower",
                       "Qm:at_least,at_most distance|farther|near|closer", "Qm:at_least,at_most !left|right|front|back|height|up|ground|axis|over|under"),
         {"distance": bounded("Qm", "within_of", "Qn"), "objects": lambda c: objects()(c) or tuple(n for i in c.items if i.kind == "within_of" for n in i.names)}, {}, ("objects", "distance"), "distance keep farther near closer at_least at_most min max pass whole gap dec inc", 0.2),
+    *(Row(F.Clearance, (f"{call} Qm:to", ), {"distance": amount("Qm", role=role), "objects": objects()}, {}, ("objects", "distance"), "inc dec more less larger smaller distance gap farther closer near keep pass", -0.1)
+      for role, calls in (("at_least", ("farther", "inc|larger distance|gap")), ("at_most", ("closer", "dec|smaller distance|gap"))) for call in calls),
     Row(F.Clearance, ("clear obj",), {"objects": objects(), "distance": lambda c: bounded("Qm")(c) or CLEAR}, {}, ("objects",), "clear whole path", 0.0, takes_part=False),
     Row(F.Visit, ("skim obj:over,along,by, !never",), {"objects": objects("over", "along", "by", "")}, {"relation": "over", "degree": "slight"}, ("objects",), "skim over pass", 0.0, takes_part=False),
     Row(F.Visit, ("touch obj", "thru obj"), {"objects": objects("", "to", "at", "on", "by", "thru", "with", "in", "touch", "of")}, {}, ("objects",), "touch pass", 0.1, takes_part=False),
@@ -411,6 +413,8 @@ ROWS: tuple[Row, ...] = (
     Row(F.Shift, ("raise|lower|drop|up|down Qm:by obj:over !at_least|at_most",), {"offset": offset}, {}, ("offset",), "height path whole", 0.0),
     Row(F.Visit, ("obj:over !slight|large", "over obj !slight|large"), {"objects": objects("over", ""), "by": LENGTH}, {"relation": "over"}, ("objects",), "over up raise pass at_least farther distance gap", 0.1, takes_part=False),
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, takes_part=False),
+    *(Row(F.Avoid, (f"never|avoid obj:{way}", f"never|avoid {way} obj:"), {"objects": objects(way, "")}, {"relation": way}, ("objects",), "never avoid over under up down pass whole path extend", -0.3, takes_part=False) for way in ("over", "under")),
+    Row(F.Avoid, ("never|avoid pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "never avoid pass thru gap whole path", -0.3, takes_part=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around near touch path whole", 0.15, takes_part=False),
     # speed

@@ -285,7 +285,7 @@ def _closest(a: Array, d: Array, half: Array) -> Array:
     if not half.any():
         nearest = -dots(a, d) / np.maximum(dots(d, d), 1e-300)
         return np.asarray(np.minimum(np.maximum(nearest, 0.0), 1.0))
-    rows, moving = len(a), d != 0.0
+    rows, moving = len(a), np.abs(d) > 1e-280
     t = np.zeros((rows, 8))
     t[:, 7] = 1.0
     np.divide(half - a, d, out=t[:, 1:4], where=moving)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError, UnknownObject
-from ovita.paths.geometry import Cuboid, closest_to_point
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.geometry import Cuboid, closest_to_point, extent
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.text import listed, point
 
 DIRECTIONS = ("left", "right", "front", "back", "up", "down")
@@ -85,6 +85,20 @@ class Frame:
 
 
 RFU = Frame("rfu")
+
+
+def side_passed(frame: Frame, path: Array, place: Array) -> str:
+    """On which side of a place (3,) [m] a path (N, 3) [m] passes, as a direction word, seen from above.
+
+    "" where it passes right over or under the place, within a hundredth of its extent.
+    """
+    up = frame.direction("up")
+    flat = path - (path - place) @ up[:, None] * up
+    nearest = closest_to_point(flat, place)[1]
+    away = interpolate(flat, np.array([nearest]))[0] - place
+    words = frame.words(away)
+    word = max(words, key=words.__getitem__, default="")
+    return word if words.get(word, 0.0) > 0.01 * extent(path) else ""
 
 
 def rotation(source: Frame, target: Frame) -> Array:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 # The order of these imports is the order in which a prompt and the page show operations of one group.
-from ovita.toolkit import approach, by_hand, figures, moves, postconditions, reshape, speed, waypoints  # noqa: F401
+from ovita.toolkit import approach, avoidance, by_hand, figures, moves, postconditions, reshape, speed, waypoints  # noqa: F401
 from ovita.toolkit.catalogue import CATALOGUE, Expectation, Recorder, describe, extended, namespace
 from ovita.toolkit.judging import Outcome, judge
 

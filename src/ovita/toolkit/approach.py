@@ -140,7 +140,7 @@ def farther(
     moved = rows[:, :3] + _held(shift, hold, frame)
     if times is None and not hold and selected.any():
         least = nearest(rows[:, :3], selected, centre) + amount
-        moved = pushed_out(moved, [_around(centre, least)], selected, up if level else None)
+        moved = pushed_out(moved, [around(centre, least)], selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -191,7 +191,7 @@ def keep_distance(
                 shift = _level_shift(away, np.minimum(distance, outer), up, rows)
             moved[beyond] = rows[beyond, :3] + shift[beyond]
     if at_least is not None and not all(_clear(target, moved, selected, gap) for target in targets):
-        moved = kept_out(moved, [_around(target, gap) for target in targets], selected, up if level else None)
+        moved = kept_out(moved, [around(target, gap) for target in targets], selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -284,7 +284,7 @@ def _clear(target: Target, positions: Array, selected: Mask, gap: float) -> bool
     return not selected.any() or passes_at(target, positions, selected) >= gap - ROUNDING
 
 
-def _around(target: Target, gap: float) -> Cuboid:
+def around(target: Target, gap: float) -> Cuboid:
     """All that is nearer than a gap [m] to an object's surface, or to a centre without dimensions."""
     if not isinstance(target, SceneObject) or target.dimensions is None:
         return Cuboid(arguments.point(target), np.eye(3), np.zeros(3), gap)

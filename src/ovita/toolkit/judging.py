@@ -15,6 +15,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, aimed, point
+from ovita.toolkit.avoidance import shut
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import called, say
 from ovita.toolkit.speed import travel_time
@@ -289,6 +290,16 @@ def _distance(case: _Case) -> Outcome:
         said = f"at most {now:.3f} m from the centre of {case.name} (asked {most:g} m)"
         bounds.append(_Bound(-1.0, most, before, now, max(SLACK, KEPT_RELATIVE * most), said))
     return _bounded(bounds, "the path is ")
+
+
+def _avoided(case: _Case) -> Outcome:
+    """Whether the path keeps out of what is above or below an object, or between two."""
+    other, gap = case.values.get("other"), float(case.values["gap"])
+    second = None if other is None else case.scene[other["object"]] if "object" in other else other["point"]
+    bodies = shut(case.values["way"], case.target, second, 0.0, case.adapted[:, :3], case.scene.frame)
+    beside = min(body.closest(case.adapted[:, :3])[0] for body in bodies)
+    passes = "passes" if beside < -TINY else f"stays {beside:.3f} m beside what is"
+    return Outcome(beside >= gap - _hardly(gap), f"the path {passes} {case.values['way']} {case.name}")
 
 
 def _moved(case: _Case) -> Outcome:
@@ -612,6 +623,7 @@ def _path_distance(rows: Array, centre: Array) -> float:
 
 _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "acceleration": _acceleration,
+    "avoided": _avoided,
     "closer": lambda case: _approach(case, -1.0),
     "distance": _distance,
     "duration": _duration,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Unpack
+from typing import Any, Literal, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -75,6 +75,29 @@ def expect_distance(
     values = {**_target(obj), **limits, **_where(where)}
     text = f"the path {' and '.join([*asked, *filter(None, [passed])])}{_part(where)}"
     return _note("distance", values, text, recorder)
+
+
+@operation("State what is meant")
+def expect_avoided(
+    way: Literal["over", "under", "between"],
+    obj: Target,
+    other: Target | None = None,
+    *,
+    gap: float = 0.0,
+    recorder: Recorder | None = None,
+) -> Expectation:
+    """The path passes neither over an object, nor under it, or not between two.
+
+    Args:
+        way: "over" and "under" are about obj, "between" about obj and other.
+        other: Object or point (3,) [m], for "between".
+        gap: How far beside the object, seen from above [m].
+    """
+    values = {"way": way, **_target(obj), "gap": arguments.number(gap, "gap", low=0.0)}
+    about = _name(obj)
+    if other is not None:
+        values, about = values | {"other": _target(other, "other")}, f"{about} and {_name(other)}"
+    return _note("avoided", values, f"the path does not pass {way} {about}", recorder)
 
 
 @operation("State what is meant", core=True)

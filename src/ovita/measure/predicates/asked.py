@@ -71,6 +71,33 @@ def passes_beyond(
 
 
 @predicate
+def not_beyond(pair: Pair, place: Any, direction: str) -> CheckResult:
+    """The path is nowhere straight beyond a place along a direction, as over it or under it."""
+    centre, name = pair.place(place)
+    axis = pair.scene.frame.direction(direction)
+    fine, half = pair.fine - centre, pair.reach(place, axis)
+    across = [axis for axis in np.eye(3) if abs(axis @ pair.scene.frame.direction("up")) < 0.5]
+    inside = np.all([np.abs(fine @ one) < 0.9 * pair.reach(place, one) for one in across], axis=0)
+    beyond = inside & (fine @ axis > -half)
+    fact = f"{beyond.mean():.0%} of the path are {direction} of it"
+    return say(not beyond.any(), f"never pass {direction} of {name}", fact)
+
+
+@predicate
+def not_between(pair: Pair, a: Any, b: Any) -> CheckResult:
+    """Seen from above, the path nowhere crosses the line between two places."""
+    (p, first), (q, second) = pair.place(a), pair.place(b)
+    level = [axis for axis in np.eye(3) if abs(axis @ pair.scene.frame.direction("up")) < 0.5]
+    ahead, offset = (np.array([vector @ axis for axis in level]) for vector in (q - p, p))
+    fine = np.column_stack([pair.fine @ axis for axis in level]) - offset
+    beside = fine @ np.array([-ahead[1], ahead[0]])
+    share = fine @ ahead / max(float(ahead @ ahead), 1e-12)
+    crossing = (beside[1:] * beside[:-1] <= 0) & (share[1:] > 0.0) & (share[1:] < 1.0)
+    fact = f"it crosses the line between them {int(crossing.sum())} times"
+    return say(not crossing.any(), f"never pass between {first} and {second}", fact)
+
+
+@predicate
 def passes_beside(pair: Pair, place: Any, direction: str) -> CheckResult:
     """Where the path is abreast of a place, or closest to it if it never is, it is on one side of it."""
     centre, name = pair.place(place)

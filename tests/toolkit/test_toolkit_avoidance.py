@@ -1,0 +1,61 @@
+"""Ways that are not to be taken: over or under an object, or between two."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ovita.paths.scene import RFU, SceneObject
+from ovita.toolkit import avoid
+from ovita.toolkit.avoidance import shut
+
+S = np.linspace(0.0, 1.0, 80)
+places = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.3, 0.3), st.floats(0.0, 1.0))
+sizes = st.tuples(*[st.floats(0.05, 0.3)] * 3)
+
+
+def path(bend, rise):
+    """From (-2, 0) to (2, 0), with room at both ends."""
+    xyz = np.column_stack([4.0 * S - 2.0, bend * np.sin(2.0 * np.pi * S), 0.5 + rise * np.sin(np.pi * S)])
+    return np.column_stack([xyz, np.full(len(S), 0.3)])
+
+
+def inside(bodies, rows):
+    return min(body.closest(rows[:, :3])[0] for body in bodies)
+
+
+@given(places, sizes, st.floats(-0.4, 0.4), st.floats(0.0, 0.4), st.sampled_from(["over", "under"]), st.floats(0.0, 0.2))
+def test_nothing_of_the_path_is_over_or_under_an_object_any_more(place, size, bend, rise, way, gap):
+    rows, item = path(bend, rise), SceneObject("box", place, size)
+    moved = avoid(rows, way, item, gap=gap)
+    assert inside(shut(way, item, None, gap, rows[:, :3], RFU), moved) > -1e-4
+    assert np.allclose(moved[:, 2:], rows[:, 2:]) and np.allclose(moved[[0, -1]], rows[[0, -1]])
+
+
+@given(places, places, st.floats(-0.4, 0.4))
+def test_the_path_does_not_cross_the_line_between_two_objects(first, second, bend):
+    a, b = (SceneObject(name, place, [0.1, 0.1, 0.1]) for name, place in (("a", first), ("b", second)))
+    away = np.subtract(second, first)[:2]
+    if np.linalg.norm(away) < 0.3:
+        return
+    rows = path(bend, 0.0)
+    moved = avoid(rows, "between", a, b)
+    side = (moved[:, :2] - first[:2]) @ np.array([-away[1], away[0]])
+    share = (moved[:, :2] - first[:2]) @ away / (away @ away)
+    crossed = np.flatnonzero(side[:-1] * side[1:] < 0)
+    assert all(share[i : i + 2].max() < 0.0 or share[i : i + 2].min() > 1.0 for i in crossed)
+    assert np.allclose(moved[:, 2:], rows[:, 2:])
+
+
+def test_a_path_that_keeps_out_already_stays():
+    rows, item = path(0.0, 0.0), SceneObject("box", [0.0, 1.0, 0.2], [0.1, 0.1, 0.1])
+    assert np.array_equal(avoid(rows, "over", item), rows)
+
+
+@pytest.mark.parametrize(
+    ("way", "other", "said"),
+    [("above", None, "'over', 'under' or 'between'"), ("between", None, "other object"), ("over", [1, 0, 0], "other")],
+)
+def test_bad_ways_are_refused(way, other, said):
+    with pytest.raises(ValueError, match=said):
+        avoid(path(0.0, 0.0), way, [0.0, 0.0, 0.0], other)
