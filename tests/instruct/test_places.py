@@ -185,9 +185,9 @@ def test_a_distance_between_two_holds_both():
     assert result.status in ("done", "limited") and away.max() < 0.92 and gap(CUP, result.adapted.positions).min() > 0.1
 
 
-def test_a_way_that_is_denied_is_not_even_shown():
-    result = adapt(Request("do not fly over the cup", FLIGHT, ROOM), writer="builtin")
-    assert result.status in ("not_understood", "needs_clarification") and result.proposal is None
+def test_a_way_that_is_denied_and_not_taken_is_left_as_it_is():
+    result = adapt(Request("never fly over the cup", FLIGHT, ROOM), writer="builtin")
+    assert result.status == "done" and np.array_equal(result.adapted.positions, FLIGHT.positions)
 
 
 def test_a_height_that_is_said_is_not_left_out():

@@ -16,6 +16,7 @@ from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
 from ovita.paths.trajectory import Array
 from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
+from ovita.toolkit.avoidance import shut
 
 OVER = {"over": ("up", "above", "top", "height"), "under": ("down", "below", "bottom", "depth")}
 """For each way past an object its direction, where that is, the end of the object there, and a parameter's name."""
@@ -251,11 +252,13 @@ def avoid(builder: PolicyBuilder, frame: F.Avoid) -> None:
         about = group[0].name if len(group) == 1 else ""
         name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", about=about, direction="away")
         way = f"{frame.relation!r}, {refs}, gap={name}"
+        bodies = shut(frame.relation, *(*group, None)[:2], gap, builder.positions, builder.scene.frame)
         plan = f"Go around {names}, {gap:g} m beside, where the path would pass {frame.relation} "
         builder.add(
             f"traj = avoid(traj, {way})",
             f"{plan}{'them' if len(group) > 1 else 'it'}.",
             f"expect_avoided({way})",
+            holds=min(body.closest(builder.positions)[0] for body in bodies) >= 0.0,
         )
 
 
