@@ -461,7 +461,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--without", default="", help="voices to leave out, separated by commas; 'fold:K/N' for a fold")
     parser.add_argument("--share", type=float, default=1.0, help="share of the voices to train on")
-    parser.add_argument("--new", default="", help="voices that count three times, as the weights do not know them yet")
+    parser.add_argument("--new", default="", help="voices that count more, as the weights do not know them yet")
+    parser.add_argument("--times", type=int, default=3, help="how often the new voices count")
     parser.add_argument("--begin", type=Path, help="weights to go on from")
     parser.add_argument("--frozen", type=int, default=FROZEN, help="layers of the encoder that stay as they are")
     parser.add_argument(
@@ -494,7 +495,7 @@ def main() -> None:
     drawn = {path.stem for path in check.DRAWN.glob("*.txt")}
     pool, turns = ([order.ordered(s) if s.voice in drawn else s for s in of] for of in (pool, turns))
     pool += 3 * [sample for sample in pool if sample.voice == PLAIN]
-    pool += 2 * [sample for sample in pool if sample.voice in options.new.split(",")]
+    pool += (options.times - 1) * [sample for sample in pool if sample.voice in options.new.split(",")]
     pool += later.sample(turns, len(turns) // 4)
     data = hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
     print(

@@ -85,7 +85,8 @@ class _Asked:
     def _filled(self, part: PathPart) -> PathPart:
         if part.parts:
             return replace(part, parts=tuple(map(self._filled, part.parts)))
-        kind, share = _SPOTS.get(part.places[0], ("", 0.0)) if part.places else ("", 0.0)
+        place = part.places[0] if part.places else ""
+        kind, share = _SPOTS.get(place, ("", 0.0)) if isinstance(place, str) else ("", 0.0)
         if part.kind == "near" and kind:
             unit: Any = "share" if part.amount is None else "m"
             return self._filled(PathPart(kind, amount=part.amount, unit=unit))
