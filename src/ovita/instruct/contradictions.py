@@ -406,7 +406,20 @@ def _compared_size(it: Facts) -> str:
     return f"{it.word(said)} is no size to come to." if said and any(q.unit == "%" for q in shares) else ""
 
 
+def _by_or_to(it: Facts) -> str:
+    """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
+    by = [frame.by.value for frame in it.frames if isinstance(frame, F.Approach) and frame.by and frame.by.unit == "m"]
+    row = [chunk for chunk in it.said if chunk.kind != "approx"]
+    for before, amount in pairwise(row):
+        apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
+        if apart and amount.kind == "Qm" and _among(by, amount.number.value):
+            if not {"closer", "farther", "more", "less"} & {chunk.kind for chunk in row[row.index(amount) + 1 :][:1]}:
+                return f"{amount.text!r} may be how much nearer or farther, or how near."
+    return ""
+
+
 NEVER = (
+    _by_or_to,
     _compared,
     _conditional,
     _thing_moved,

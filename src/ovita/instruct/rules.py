@@ -106,9 +106,9 @@ HASTE = frozenset(
 def _preposition_of_past(before: Sequence[Chunk]) -> str:
     """What "past" means behind some constituents.
 
-    "Hurry past it" is by it, "left past it" a side on which to pass it; any other "past it" is what comes after it.
+    "Hurry past it" and "half speed past it" are by it, "left past it" a side on which to pass it; any other "past it" is what comes after it.
     """
-    if any(c.kind in ("faster", "slower", "pass") for c in before[-2:]):
+    if any(c.kind in ("faster", "slower", "speed", "Qv", "pass") for c in before[-2:]):
         return "by"
     sided = bool(before) and before[-1].kind in ("left", "right")
     return "pass" if sided and all(c.kind != "path" for c in before) else "after"
@@ -350,7 +350,7 @@ def _cut(pieces: Sequence[Stretch]) -> list[ReadClause]:
         options = []
         for begin in range(max(0, end - LONGEST), end):
             span = pieces[begin:end]
-            if all(piece.opening not in ("dot", "because") for piece in span[1:]):
+            if not any(piece.opening in ("dot", "because") or _tells(piece) for piece in span[1:]):
                 clause = _clause(tuple(item for piece in span for item in piece.items), span)
                 cost, before = best[begin]
                 options.append((cost + clause.cost + _joint(span), [*before, clause]))

@@ -415,6 +415,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, takes_part=False),
     *(Row(F.Avoid, (f"never|avoid obj:{way}", f"never|avoid {way} obj:"), {"objects": objects(way, "")}, {"relation": way}, ("objects",), "never avoid over under up down pass whole path extend", -0.3, takes_part=False) for way in ("over", "under")),
     Row(F.Avoid, ("never|avoid pair",), {"objects": pair}, {"relation": "between"}, ("objects",), "never avoid pass thru gap whole path", -0.3, takes_part=False),
+    Row(F.Side, ("other_side obj !faster|slower|up|down|wait",), {"objects": objects("", "of", "at", "from", "by")}, {"direction": "other"}, ("objects",), "other_side side pass keep around on to path whole", 0.05, takes_part=False),
     Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass"),
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction}, {}, ("objects", "direction"), "side pass keep around near touch path whole", 0.15, takes_part=False),
     # speed

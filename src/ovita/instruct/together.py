@@ -142,12 +142,23 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
 
 
 def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp"."""
-    paces = [frame for frame in made if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
-    match sorted(paces, key=lambda pace: bool(pace.part)):
+    """Paces that belong together, each with its part of the path.
+
+    Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp". A soft start and
+    a soft stop are of the ends.
+    """
+    paces = [frame for frame in made if isinstance(frame, F.Pace)]
+    ramps = {frame.change for frame in paces if not frame.part and frame.amount is None} & RAMPS.keys()
+    if ramps == RAMPS.keys():
+        return [replace(f, part=RAMPS[f.change]) if f in paces and f.change in RAMPS else f for f in made]
+    match sorted((f for f in paces if f.change in ("faster", "slower")), key=lambda pace: bool(pace.part)):
         case [whole, local] if local.part and not whole.part and whole.change != local.change:
             return [replace(frame, part=outside(local.part)) if frame is whole else frame for frame in made]
     return list(made)
+
+
+RAMPS = {"rampup": PathPart("first"), "rampdown": PathPart("last")}
+"""Where the speed rises and falls if both are asked for of no part."""
 
 
 def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
