@@ -23,7 +23,8 @@ SCENE = Scene(
 )
 FRAMES = """move left=0.1 | move up=0.1 @near=mug | closer laptop by=0.05 | closer cup | farther laptop | via mug
 clearance mug at_least=0.4m | clearance cup at_most=0.2m | clearance vase at=0.1m | via over=mug by=0.1 | via under=mug
-via between=cup+mug | avoid over=laptop | avoid between=mug+laptop | side laptop other | side mug other | hop mug | hop laptop | hop over=laptop by=0.4m | hover mug | hover laptop for=2s | side mug left
+via between=cup+mug | avoid over=laptop | avoid between=mug+laptop | side laptop other | side mug other
+hop mug | hop laptop | hop over=laptop by=0.4m | hover mug | hover laptop for=2s | side mug left
 side mug right | side cup right | pace faster | pace slower @near=mug | pace set to=0.2m/s | pace at_most=0.3m/s
 pace rampdown | pace rampup | end goal up=0.1 | end goal to=cup | end start toward=cup by=0.1 | stop at=mug
 wait at=mug for=2s | extend by=0.3 | extend to=vase | circle mug | circle cup radius=0.2m turns=2 | spiral at=mug

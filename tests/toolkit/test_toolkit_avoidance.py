@@ -24,7 +24,9 @@ def inside(bodies, rows):
     return min(body.closest(rows[:, :3])[0] for body in bodies)
 
 
-@given(places, sizes, st.floats(-0.4, 0.4), st.floats(0.0, 0.4), st.sampled_from(["over", "under"]), st.floats(0.0, 0.2))
+@given(
+    places, sizes, st.floats(-0.4, 0.4), st.floats(0.0, 0.4), st.sampled_from(["over", "under"]), st.floats(0.0, 0.2)
+)
 def test_nothing_of_the_path_is_over_or_under_an_object_any_more(place, size, bend, rise, way, gap):
     rows, item = path(bend, rise), SceneObject("box", place, size)
     moved = avoid(rows, way, item, gap=gap)

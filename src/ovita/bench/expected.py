@@ -588,8 +588,8 @@ _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
     F.Straighten: lambda case, f: P.straight(case.where(f)),
     F.Reverse: lambda case, f: P.reversed_part(case.where(f)) if case.alone(f) else None,
-    F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Avoid: _avoid, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
+    F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
     F.Extend: _extend, F.Smooth: _smooth, F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover,
     F.Mirror: _mirror, F.Rotate: _rotate, F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Height: _height,
-    F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant,
+    F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant, F.Avoid: _avoid,
 }  # fmt: skip

@@ -1,4 +1,4 @@
-"""Points of the compass as directions of the scene's frame: y is north and x is east, as in REP 103; in NED x is north."""
+"""Points of the compass as directions of the scene's frame: y is north, as in REP 103; in NED x is north."""
 
 from __future__ import annotations
 

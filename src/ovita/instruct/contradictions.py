@@ -408,14 +408,17 @@ def _compared_size(it: Facts) -> str:
 
 def _by_or_to(it: Facts) -> str:
     """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
-    by = [frame.by.value for frame in it.frames if isinstance(frame, F.Approach) and frame.by and frame.by.unit == "m"]
+    by = [q.value for frame in it.frames if isinstance(frame, F.Approach) for q in frame.quantities.values()]
     row = [chunk for chunk in it.said if chunk.kind != "approx"]
-    for before, amount in pairwise(row):
+    for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
         apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
-        if apart and amount.kind == "Qm" and _among(by, amount.number.value):
-            if not {"closer", "farther", "more", "less"} & {chunk.kind for chunk in row[row.index(amount) + 1 :][:1]}:
-                return f"{amount.text!r} may be how much nearer or farther, or how near."
+        if apart and amount.kind == "Qm" and after.kind not in COMPARING and _among(by, amount.number.value):
+            return f"{amount.text!r} may be how much nearer or farther, or how near."
     return ""
+
+
+COMPARING = ("closer", "farther", "more", "less")
+"""Classes of words behind a length with which it is how much nearer or farther."""
 
 
 NEVER = (
@@ -498,9 +501,12 @@ def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
     """The senses and the bounds on distances that frames hold, and the parts of the path that they are about."""
     found: set[str | PathPart] = set()
     for frame in frames:
-        bounds = [frame.distance.role] if isinstance(frame, F.Clearance) else []
-        found.update(_senses(frame), [role for role in bounds if role in BOUNDS], [frame.part])
+        found.update(_senses(frame), _bounds(frame), [frame.part])
     return found
+
+
+def _bounds(frame: F.SemanticFrame) -> set[str]:
+    return set(BOUNDS).intersection([frame.distance.role]) if isinstance(frame, F.Clearance) else set()
 
 
 def _opposite(claim: str | PathPart) -> str | PathPart:

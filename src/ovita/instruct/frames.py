@@ -185,7 +185,7 @@ class Avoid(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Side(SemanticFrame):
-    """Pass an object on one side of it, or on the other side than now; with `along`, the path stays there throughout."""
+    """Pass an object on one side of it, or on the other side than now; with `along`, the path stays there."""
 
     NAME = "side"
     objects: tuple[str, ...]

@@ -243,23 +243,30 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
 def avoid(builder: PolicyBuilder, frame: F.Avoid) -> None:
     """Neither over objects, nor under them, or not between two."""
     items = [builder.scene[name] for name in frame.objects]
-    groups = [items[:2]] if frame.relation == "between" else [[item] for item in items]
-    for group in groups:
-        names, refs = " and ".join(item.name for item in group), ", ".join(map(builder.ref, group))
-        gap = builder.length(
-            None, max(builder.tolerance, *map(builder.room, group)), f"the distance kept beside {names}"
-        )
-        about = group[0].name if len(group) == 1 else ""
-        name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", about=about, direction="away")
-        way = f"{frame.relation!r}, {refs}, gap={name}"
-        bodies = shut(frame.relation, *(*group, None)[:2], gap, builder.positions, builder.scene.frame)
-        plan = f"Go around {names}, {gap:g} m beside, where the path would pass {frame.relation} "
-        builder.add(
-            f"traj = avoid(traj, {way})",
-            f"{plan}{'them' if len(group) > 1 else 'it'}.",
-            f"expect_avoided({way})",
-            holds=min(body.closest(builder.positions)[0] for body in bodies) >= 0.0,
-        )
+    if frame.relation == "between":
+        first, second = items[:2]
+        _avoid(builder, frame, f"{first.name} and {second.name}", first, second)
+        return
+    for item in items:
+        _avoid(builder, frame, item.name, item)
+
+
+def _avoid(
+    builder: PolicyBuilder, frame: F.Avoid, names: str, item: SceneObject, other: SceneObject | None = None
+) -> None:
+    """Around what a path must not pass over or under, or between."""
+    both = [item] if other is None else [item, other]
+    usual = max(builder.tolerance, *map(builder.room, both))
+    gap = builder.length(None, usual, f"the distance kept beside {names}")
+    name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", direction="away")
+    bodies = shut(frame.relation, item, other, gap, builder.positions, builder.scene.frame)
+    way = f"{frame.relation!r}, {', '.join(map(builder.ref, both))}, gap={name}"
+    builder.add(
+        f"traj = avoid(traj, {way})",
+        f"Pass beside {names}, {gap:g} m off, instead of {frame.relation}.",
+        f"expect_avoided({way})",
+        holds=min(body.closest(builder.positions)[0] for body in bodies) >= 0.0,
+    )
 
 
 def side(builder: PolicyBuilder, frame: F.Side) -> None:
@@ -267,8 +274,6 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
     where, part = builder.part(frame.part)
     for item in map(builder.scene.__getitem__, frame.objects):
         word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
-        if not word:
-            return
         axis = builder.axis(word)
         half, ref = extent(item, axis), builder.ref(item)
         gap = max(builder.scale.step("slight"), builder.room(item), *_kept_from(builder, item))
@@ -293,11 +298,11 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
 
 
 def _other_side(builder: PolicyBuilder, item: SceneObject) -> str:
-    """The direction word of the side of an object on which the path does not pass; "" where that has to be asked."""
+    """The direction word of the side of an object on which the path does not pass; asks where it passes over it."""
     now = side_passed(builder.scene.frame, builder.positions, item.position)
     if not now:
         builder.ask(f"The path passes right over {item.name}: on which side of it should it pass?")
-        return ""
+        return "left"
     builder.assume(f"the other side of {item.name} is {OF[OPPOSITE[now]]} it; the path passes {OF[now]} it now")
     return OPPOSITE[now]
 
@@ -315,5 +320,6 @@ def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:
 
 
 OBJECT_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Side: side, F.Avoid: avoid, F.Hop: hop, F.Hover: hover,
+    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Side: side, F.Avoid: avoid, F.Hop: hop,
+    F.Hover: hover,
 }  # fmt: skip

@@ -525,7 +525,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("as FLIPS from|to? OBJ? as", lambda f: merged(f, "unknown")),
     ("keep for|with|to OBJ", lambda f: merged(f, "unknown") if "same" in f[0].text.lower() else None),
     ("by keep", lambda f: merged(f, "unknown") if "same" in f[1].text.lower() else None),
-    ("too large? shake", lambda f: merged(f, "smooth")),
+    ("too large? shake|zigzag|wave", lambda f: merged(f, "smooth")),
     # roles of quantities
     ("distance|gap from|to|around|of? OBJ never? under|over|down|up|lower|at_least|at_most Qm", _gap),
     ("over|under height of? Qm", _high),

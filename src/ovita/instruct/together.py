@@ -142,22 +142,23 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
 
 
 def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Paces that belong together, each with its part of the path.
-
-    Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp". A soft start and
-    a soft stop are of the ends.
-    """
-    paces = [frame for frame in made if isinstance(frame, F.Pace)]
-    ramps = {frame.change for frame in paces if not frame.part and frame.amount is None} & RAMPS.keys()
-    if ramps == RAMPS.keys():
-        return [replace(f, part=RAMPS[f.change]) if f in paces and f.change in RAMPS else f for f in made]
-    match sorted((f for f in paces if f.change in ("faster", "slower")), key=lambda pace: bool(pace.part)):
+    """Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp"."""
+    made = at_the_ends(made)
+    paces = [frame for frame in made if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
+    match sorted(paces, key=lambda pace: bool(pace.part)):
         case [whole, local] if local.part and not whole.part and whole.change != local.change:
             return [replace(frame, part=outside(local.part)) if frame is whole else frame for frame in made]
-    return list(made)
+    return made
 
 
-RAMPS = {"rampup": PathPart("first"), "rampdown": PathPart("last")}
+def at_the_ends(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
+    """A speed that is to rise and to fall rises at the start and falls at the goal: "soft start, soft stop"."""
+    ramps = {F.Pace(change=change): F.Pace(change=change, part=part) for change, part in RAMPS.items()}
+    both = ramps.keys() <= set(made)
+    return [replace(frame, part=ramps[frame].part) if both and frame in ramps else frame for frame in made]
+
+
+RAMPS: Mapping[Literal["rampup", "rampdown"], PathPart] = {"rampup": PathPart("first"), "rampdown": PathPart("last")}
 """Where the speed rises and falls if both are asked for of no part."""
 
 

@@ -59,7 +59,7 @@ def avoid(
 def _around_ends(path: Array, wall: Cuboid, bodies: Sequence[Cuboid]) -> Array:
     """A path (N, 3) [m] that crosses the line of a wall beside it, and beside the bodies at its ends.
 
-    Where it crosses the wall it is shifted along it, with what is before and behind; so it crosses there and nowhere else.
+    Where it crosses the wall it is shifted along it, with what is before and behind; so it crosses nowhere else.
     """
     ahead, across = wall.rotation[:, 0], wall.rotation[:, 1]
     for _ in range(len(path)):
