@@ -41,6 +41,7 @@ LENGTHS = (
     _unit("in", "m", 0.0254, "inch, inches, in., ″"),
     _unit("ft", "m", 0.3048, "ft, foot, feet, ′"),
     _unit("yd", "m", 0.9144, "yard, yd"),
+    _unit("fathom", "m", 1.8288, "fathom"),
     _unit("thou", "m", 2.54e-5, "thou"),
     _unit(
         "hand",

@@ -421,8 +421,51 @@ COMPARING = ("closer", "farther", "more", "less")
 """Classes of words behind a length with which it is how much nearer or farther."""
 
 
+def _regretted(it: Facts) -> str:
+    """A way over, under or between that may only be told with regret: "it goes over the tray, this I do not want"."""
+    ways = any(isinstance(frame, F.Visit) and frame.relation != "at" for frame in it.frames)
+    if not ways or any(isinstance(frame, F.Avoid) for frame in it.frames):
+        return ""
+    found = [no for no, after in zip(it.row, [*it.row[1:], *it.row[:1]], strict=True)
+             if no.kind == "never" and after.kind not in PASSING]  # fmt: skip
+    return f"{found[0].text!r} may deny that way." if found else ""
+
+
+def _told(it: Facts) -> str:
+    """What is said to be so, and read as what is asked for: "it whizzes past the terrace"."""
+    for who, what in pairwise(it.said):
+        third = who.text.lower() in ("it", "he", "she") and what.text.lower().split()[0].endswith("s")
+        if third and any(what.kind in OPPOSED[sense] for sense in it.senses & {"faster", "slower"}):
+            return f"{what.text!r} tells how it is."
+    return ""
+
+
+def _away_lost(it: Facts) -> str:
+    """Something to stay away from, of which what is read says something else."""
+    kept = F.Approach | F.Clearance | F.Avoid | F.MoveEnd | F.StopAt | F.Bound
+    named = {name for frame in it.frames if isinstance(frame, kept) for name in frame.named}
+    for away, thing in pairwise(chunk for chunk in it.row if chunk.kind != "from"):
+        if away.kind == "farther" and thing.kind == "OBJ" and not named.intersection(thing.names):
+            return f"{away.text!r} {thing.text} has no place in it."
+    return ""
+
+
+def _until_told(it: Facts) -> str:
+    """A wait whose end somebody is to tell: "wait there till I wave"."""
+    waits = any(isinstance(frame, F.Wait) and frame.duration is None for frame in it.frames)
+    words = [word for chunk in it.said for word in chunk.text.lower().split()]
+    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(words))
+    return "It is not said how long to wait." if waits and told else ""
+
+
+SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
+
 NEVER = (
     _by_or_to,
+    _regretted,
+    _told,
+    _away_lost,
+    _until_told,
     _compared,
     _conditional,
     _thing_moved,
@@ -443,11 +486,14 @@ def _denied(it: Facts) -> str:
     """A way past, over or through something, where only that is denied: "do not fly over the cup"."""
     ways = F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait
     passed = {name for frame in it.frames if isinstance(frame, ways) for name in frame.named}
+    sides = {frame.direction for frame in it.frames if isinstance(frame, F.Side)}
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
     named = [chunk.names for chunk in row]
     for no, thing in pairwise(row):
         if no.kind in DENYING and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
+        if no.kind == "never" and thing.kind in sides and [chunk.kind for chunk in row].count(thing.kind) == 1:
+            return f"{no.text!r} denies that side."
     return ""
 
 
@@ -467,7 +513,14 @@ def _one_of_two(it: Facts) -> str:
     return f"{it.word({'sideways'})} is both sides." if (one_side or swapped) and "sideways" in it.plain else ""
 
 
-REFUSED = (_denied, _one_of_two, _compared_in_denial)
+def _nowhere(it: Facts) -> str:
+    """The start and the end of the path at once, which are no part of it."""
+    parts = (frame.part.parts for frame in it.frames if frame.part.kind == "both")
+    ends = any({"first", "last"} <= {part.kind for part in both} for both in parts)
+    return "No part of the path is at its start and at its end." if ends else ""
+
+
+REFUSED = (_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
 LEFT = (_number_left, _object_left)

@@ -237,6 +237,12 @@ def _counted(label: str, times: float | None = None) -> Build:
     return build
 
 
+def _shut(found: Sequence[Chunk]) -> Chunk | None:
+    """A way that is not to be taken: "never over the cup", "not between the two"."""
+    way = "between" if found[-1].kind == "pair" else found[-1].value
+    return merged(found, "shut", value=way) if way in ("over", "under", "between") else None
+
+
 def _left_on(found: Sequence[Chunk]) -> list[Chunk]:
     """An object that is left on one side is passed on the other: "with the cup on your left", "leave it to port"."""
     side = FLIPPED[found[-1].kind]
@@ -535,7 +541,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("under|at_most|over|at_least Qv", _bounded),
     ("slower|brake to? stop", lambda f: merged(f, "ramp_down")),
     ("slower|brake to Qn|Qm|Qv", lambda f: merged(f, "ramp_down", q=None) if f[-1].number.value == 0 else None),
-    ("never pass? to|on|at? left|right|front|back of OBJ", _other_side),
+    ("never pass? to|on|at|in? left|right|front|back of OBJ", _other_side),
     ("rotate path? by? Qdeg to? left|right", lambda f: [*f[:-1], replace(f[-1], kind="anticlockwise" if f[-1].kind == "left" else "clockwise")]),
     ("never pass? LOWER+ than|on|by? Qm|Qn ground?", _high),
     ("keep? up|raise|LOWER than Qm|Qn ground?", _high),
@@ -590,5 +596,6 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("AT|to|toward|where|only? last", _plain("last", unit="share")),
     ("except AT|from|to|near? part|obj|end|pair|point and|comma? part?", _except),
     ("never AT part|obj", _except),
+    ("never|avoid pass|extend|up|down? obj|pair", _shut),
 )  # fmt: skip
 """Rows of classes as `constituents` reads them, in the order in which they are applied, and what becomes of them."""
