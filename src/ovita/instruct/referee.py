@@ -52,16 +52,16 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.31,
-    "both agree": 0.80,
-    "agree but for words left": 1.44,
-    "confidence": 0.83,
-    "the rules read otherwise": -1.38,
-    "contradicted": -0.80,
-    "the other contradicted": 0.79,
-    "likelihood": 0.46,
-    "in common": 1.66,
-    "the other reads nothing": -1.05,
+    "always": 1.21,
+    "both agree": 0.79,
+    "agree but for words left": 1.20,
+    "confidence": 0.87,
+    "the rules read otherwise": -1.23,
+    "contradicted": -0.99,
+    "the other contradicted": 0.59,
+    "likelihood": 0.43,
+    "in common": 1.92,
+    "the other reads nothing": -0.87,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
