@@ -427,8 +427,12 @@ def _regretted(it: Facts) -> str:
     if not ways or any(isinstance(frame, F.Avoid) for frame in it.frames):
         return ""
     found = [no for no, after in zip(it.row, [*it.row[1:], *it.row[:1]], strict=True)
-             if no.kind == "never" and after.kind not in PASSING]  # fmt: skip
+             if no.kind == "never" and after.kind in ENDING]  # fmt: skip
     return f"{found[0].text!r} may deny that way." if found else ""
+
+
+ENDING = ("comma", "dot", "and", "because", "unknown", "large")
+"""Classes of what is behind a denial of what was said before it: "this I do not want.", "I do not much like that"."""
 
 
 def _told(it: Facts) -> str:
@@ -441,11 +445,12 @@ def _told(it: Facts) -> str:
 
 
 def _away_lost(it: Facts) -> str:
-    """Something to stay away from, of which what is read says something else."""
-    kept = F.Approach | F.Clearance | F.Avoid | F.MoveEnd | F.StopAt | F.Bound
-    named = {name for frame in it.frames if isinstance(frame, kept) for name in frame.named}
-    for away, thing in pairwise(chunk for chunk in it.row if chunk.kind != "from"):
-        if away.kind == "farther" and thing.kind == "OBJ" and not named.intersection(thing.names):
+    """Something to stay away from, of which only a side is read."""
+    sided, kept = ({name for frame in it.frames if isinstance(frame, kind) for name in frame.named}
+                   for kind in (F.Side, F.Approach | F.Clearance))  # fmt: skip
+    for away, *behind in (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther"):
+        thing = next((chunk for chunk in behind if chunk.kind == "OBJ"), away)
+        if (sided - kept).intersection(thing.names):
             return f"{away.text!r} {thing.text} has no place in it."
     return ""
 
