@@ -99,7 +99,7 @@ IN_PART = [
     ("pace slower @last=50%", "not the last half, the first half", "pace slower @first=50%"),
     ("pace slower", "only near the cup", "pace slower @near=cup"),
     ("clearance person at_least=50cm", "80 would be safer", "clearance person at_least=80cm"),
-    ("end goal to=cup", "and stay there for 2 seconds", "end goal to=cup; wait at=cup for=2s"),
+    ("end goal to=cup", "and stay there for 2 seconds", "end goal to=cup; wait at=goal for=2s"),
     ("closer person by=5cm", "also linger there for 3 s", "closer person by=5cm; wait at=person for=3s"),
     ("side person left", "pass on its right instead", "side person right"),
     ("pace slower", "but not around the person", "pace slower @!near=person"),

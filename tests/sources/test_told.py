@@ -155,7 +155,6 @@ def test_plan_takes_the_robot_that_the_scene_names(tmp_path):
         ("Half speed for the first 3 seconds", "slower", "first"),
         ("Start slowly", "slower", "first"),
         ("Arrive gently", "slower", "last"),
-        ("There is no rush", "slower", "whole"),
         ("The top speed is 0.2 m/s", "cap", "whole"),
         ("Not too fast", "slower", "whole"),
     ],
