@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise, takewhile
+from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
@@ -85,6 +86,19 @@ class Facts:
     def senses(self) -> set[str]:
         """The senses with an opposite that were read."""
         return {sense for frame in self.frames for sense in _senses(frame)}
+
+    def frames_of(self, kinds: Any) -> list[Any]:
+        """The frames of some kinds."""
+        return [frame for frame in self.frames if isinstance(frame, kinds)]
+
+    def names(self, kinds: Any) -> set[str]:
+        """The objects that frames of some kinds are about."""
+        return {name for frame in self.frames_of(kinds) for name in frame.named}
+
+    @cached_property
+    def words(self) -> list[str]:
+        """The words as they were said, in small letters."""
+        return [word for chunk in self.said for word in chunk.text.lower().split()]
 
     @cached_property
     def row(self) -> list[Chunk]:
@@ -408,7 +422,7 @@ def _compared_size(it: Facts) -> str:
 
 def _by_or_to(it: Facts) -> str:
     """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
-    by = [q.value for frame in it.frames if isinstance(frame, F.Approach) for q in frame.quantities.values()]
+    by = [q.value for frame in it.frames_of(F.Approach) for q in frame.quantities.values()]
     row = [chunk for chunk in it.said if chunk.kind != "approx"]
     for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
         apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
@@ -423,12 +437,10 @@ COMPARING = ("closer", "farther", "more", "less")
 
 def _regretted(it: Facts) -> str:
     """A way over, under or between that may only be told with regret: "it goes over the tray, this I do not want"."""
-    ways = any(isinstance(frame, F.Visit) and frame.relation != "at" for frame in it.frames)
-    if not ways or any(isinstance(frame, F.Avoid) for frame in it.frames):
-        return ""
-    found = [no for no, after in zip(it.row, [*it.row[1:], *it.row[:1]], strict=True)
-             if no.kind == "never" and after.kind in ENDING]  # fmt: skip
-    return f"{found[0].text!r} may deny that way." if found else ""
+    ways = any(frame.relation != "at" for frame in it.frames_of(F.Visit)) and not it.frames_of(F.Avoid)
+    kinds = [*(chunk.kind for chunk in it.row), "dot"]
+    denied = any(no == "never" and after in ENDING for no, after in pairwise(kinds))
+    return f"{it.word({'never'})} may deny that way." if ways and denied else ""
 
 
 ENDING = ("comma", "dot", "and", "because", "unknown", "large")
@@ -446,20 +458,16 @@ def _told(it: Facts) -> str:
 
 def _away_lost(it: Facts) -> str:
     """Something to stay away from, of which only a side is read."""
-    sided, kept = ({name for frame in it.frames if isinstance(frame, kind) for name in frame.named}
-                   for kind in (F.Side, F.Approach | F.Clearance))  # fmt: skip
-    for away, *behind in (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther"):
-        thing = next((chunk for chunk in behind if chunk.kind == "OBJ"), away)
-        if (sided - kept).intersection(thing.names):
-            return f"{away.text!r} {thing.text} has no place in it."
-    return ""
+    lost = it.names(F.Side) - it.names(F.Approach | F.Clearance)
+    rows = (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther")
+    first = (next((chunk for chunk in row if chunk.kind == "OBJ"), row[0]) for row in rows)
+    return next((f"What to stay away from, {thing.text}, is lost." for thing in first if lost & {*thing.names}), "")
 
 
 def _until_told(it: Facts) -> str:
     """A wait whose end somebody is to tell: "wait there till I wave"."""
-    waits = any(isinstance(frame, F.Wait) and frame.duration is None for frame in it.frames)
-    words = [word for chunk in it.said for word in chunk.text.lower().split()]
-    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(words))
+    waits = any(frame.duration is None for frame in it.frames_of(F.Wait))
+    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(it.words))
     return "It is not said how long to wait." if waits and told else ""
 
 
@@ -489,17 +497,21 @@ NEVER = (
 
 def _denied(it: Facts) -> str:
     """A way past, over or through something, where only that is denied: "do not fly over the cup"."""
-    ways = F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait
-    passed = {name for frame in it.frames if isinstance(frame, ways) for name in frame.named}
-    sides = {frame.direction for frame in it.frames if isinstance(frame, F.Side)}
+    passed = it.names(F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)
     row = [chunk for chunk in it.row if chunk.kind not in PASSING]
     named = [chunk.names for chunk in row]
     for no, thing in pairwise(row):
         if no.kind in DENYING and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
-        if no.kind == "never" and thing.kind in sides and [chunk.kind for chunk in row].count(thing.kind) == 1:
-            return f"{no.text!r} denies that side."
     return ""
+
+
+def _side_denied(it: Facts) -> str:
+    """A side on which to pass, where only that is denied: "not in front of the chairs"."""
+    sides = {frame.direction for frame in it.frames_of(F.Side)}
+    kinds = [chunk.kind for chunk in it.row if chunk.kind not in PASSING]
+    denied = any(no == "never" and side in sides and kinds.count(side) == 1 for no, side in pairwise(kinds))
+    return f"{it.word({'never'})} denies that side." if denied else ""
 
 
 DENYING = ("never", "avoid", "farther", "withdraw")
@@ -525,7 +537,7 @@ def _nowhere(it: Facts) -> str:
     return "No part of the path is at its start and at its end." if ends else ""
 
 
-REFUSED = (_denied, _one_of_two, _compared_in_denial, _nowhere)
+REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
 LEFT = (_number_left, _object_left)
