@@ -361,9 +361,9 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
     amounts: dict[str, Quantity] = {}
     objects: dict[str, tuple[str, ...]] = {}
     needed = _needed(action, labels)
-    taken: dict[str, set[int]] = {"objects": set(), "places": set()}
+    taken: dict[str, set[int]] = {"objects": set(), "places": set(), "amounts": set()}
     for pointer in _pointers(action, labels):
-        others = taken.get(pointer[:-1], set())
+        others = taken["amounts" if pointer in AMOUNTS else pointer[:-1]]
         unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
         mention, likely = _pointed(output, pointer, q, pointer in needed, others | unfit)
         likelihoods.append(likely)

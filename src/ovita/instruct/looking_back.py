@@ -151,7 +151,7 @@ PLACED = frozenset("start goal first last middle before after between near".spli
 def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
     found: dict[str, F.Reading | None] = {"instruction": None}
-    if it.best.question or not _idle(it.best.edits, it.said.before):
+    if it.best.question or not (_idle(it.best.edits, it.said.before) or _anew(it, heard)):
         found["rules"] = it.reading
     mere = all(isinstance(edit, E.Also) for edit in heard.edits.edits) and not it.said.adds
     against = _turns_round(it.best.edits, heard.edits.edits) or _leaves_an_amount(heard.edits.edits, it.said)
@@ -160,10 +160,21 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     return found
 
 
+def _anew(it: Retrospect, heard: Hearing) -> bool:
+    """Whether a whole instruction that looks back at nothing only sets a number: "go left by 5 cm" after another one."""
+    sets = it.whole and not it.recalls and all(isinstance(edit, E.Set) for edit in it.best.edits)
+    return sets and not (_agree(it, heard) and heard.edits.confidence > heard.alone.confidence)
+
+
 def _turns_round(one: Sequence[E.Edit], other: Sequence[E.Edit]) -> bool:
     """Whether edits are less of something where others are more of it."""
-    changes = [{edit.change for edit in edits if isinstance(edit, E.Rescale)} for edits in (one, other)]
+    changes = [{_sense(edit) for edit in edits if isinstance(edit, E.Rescale)} for edits in (one, other)]
     return any({a, b} == {"more", "less"} for a in changes[0] for b in changes[1])
+
+
+def _sense(edit: E.Rescale) -> str:
+    """Whether a change is to more or to less of something."""
+    return edit.change or ("more" if (edit.factor or 1.0) > 1.0 else "less")
 
 
 def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
