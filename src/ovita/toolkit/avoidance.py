@@ -37,7 +37,7 @@ def avoid(
 ) -> Array:
     """Bend the path sideways so that it passes neither over an object, nor under it, or not between two.
 
-    It goes around on the side where it is out soonest, at its own height, as keep_distance does. A start or goal that
+    It goes around on the side where it is out soonest, at about its own height, as keep_distance does. A start or goal that
     is over the object, or between the two, moves too.
 
     Args:
