@@ -161,7 +161,7 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
 
 
 def _anew(it: Retrospect, heard: Hearing) -> bool:
-    """Whether a whole instruction that looks back at nothing only sets a number: "go left by 5 cm" after another."""
+    """Whether a whole instruction that looks back at nothing only sets a number: "go left by 5 cm" after "up"."""
     sets = it.whole and not it.recalls and all(isinstance(edit, E.Set) for edit in it.best.edits)
     return sets and not (_agree(it, heard) and heard.edits.confidence > heard.alone.confidence)
 

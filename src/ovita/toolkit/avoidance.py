@@ -37,8 +37,8 @@ def avoid(
 ) -> Array:
     """Bend the path sideways so that it passes neither over an object, nor under it, or not between two.
 
-    It goes around on the side where it is out soonest, at about its own height, as keep_distance does. A start or goal that
-    is over the object, or between the two, moves too.
+    It goes around on the side where it is out soonest, at about its own height, as keep_distance does. A start or goal
+    that is over the object, or between the two, moves too.
 
     Args:
         way: "over" and "under" are about obj, "between" about obj and other.
