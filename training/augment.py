@@ -56,8 +56,7 @@ def outcome_atom(example: check.Example) -> Atom:
     """The atom of a sentence that cannot be done."""
     words = example.reading[1:].strip().lower()
     if example.outcome == "improper":
-        choice = next((c for c in ("unrelated", "contradiction", "object") if c in words), "nonsense")
-        return Atom({"action": "improper", "choice": choice})
+        return _improper(words)
     choice = "what"
     if words.startswith("which") and not any(w in words for w in ("way", "direction", "side")):
         choice = "which"
@@ -66,6 +65,11 @@ def outcome_atom(example: check.Example) -> Atom:
     elif any(w in words for w in ("how", "amount", "value", "unit")):
         choice = "how much"
     return Atom({"action": "ask", "choice": choice})
+
+
+def _improper(words: str) -> Atom:
+    choice = next((c for c in slots.CHOICES["improper"] if c in words), "nonsense")
+    return Atom({"action": "improper", "choice": choice})
 
 
 def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
@@ -81,6 +85,8 @@ def readable(example: check.Example, known: frozenset[str], misses: list[str] | 
         atoms = slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
     except slots.Unfit:
         return
+    if example.besides and len(atoms) < QUERIES:
+        atoms = (*atoms, _improper(example.besides))
     if atoms:
         yield sample_of(example, atoms, known, misses)
 
@@ -359,19 +365,24 @@ def templates(known: frozenset[str]) -> list[Sample]:
 def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = frozenset()) -> Iterator[Sample]:
     """Endless varied samples: every sentence equally often, some joined with another one."""
     simple = templates(known)
-    first = [s for s in pool if s.first and s.atoms[0].label("action") not in ("ask", "improper")]
+    first = [s for s in pool if s.first and _asks_for_all(s)]
     while True:
         for sample in rng.sample(pool, len(pool)):
             draw = rng.random()
             if draw < 0.07 and simple:
                 sample = rng.choice(simple)
-            if draw > 0.8 and sample.first and sample.atoms[0].label("action") not in ("ask", "improper"):
+            if draw > 0.8 and sample.first and _asks_for_all(sample):
                 sample = joined(sample, rng.choice(first if rng.random() < 0.8 else simple), rng)
                 if draw > 0.94:
                     sample = joined(sample, rng.choice(first), rng)
             elif 0.07 < draw < 0.12:
                 sample = elsewhere(sample, rng)
             yield changed(sample, rng)
+
+
+def _asks_for_all(sample: Sample) -> bool:
+    """Whether all that a sentence asks for can be done."""
+    return all(atom.label("action") not in ("ask", "improper") for atom in sample.atoms)
 
 
 def joined(one: Sample, other: Sample, rng: random.Random) -> Sample:

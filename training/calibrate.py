@@ -32,7 +32,8 @@ def judged(example: check.Example, reading: Reading) -> str:
     if not done:
         return "asked" if reading.question else "declined"
     if example.before is None:
-        return "right" if same(reading.frames, example.frames) else "wrong"
+        alike = same(reading.frames, example.frames) and bool(reading.besides) == bool(example.besides)
+        return "right" if alike else "wrong"
     return "right" if outcome(example, reading) == "right" else "wrong"
 
 

@@ -72,11 +72,11 @@ class Order:
         return [sum(self.told.get(claim, {}).get(word, 0.0) for claim in said) for word in words]
 
     def ordered(self, sample: Sample) -> Sample:
-        """The sample with its atoms as they are said."""
+        """The sample with its atoms as they are said, a wish that no frame can say last."""
         if len(sample.atoms) < 2:
             return sample
         at = self.places(sample)
-        order = sorted(range(len(at)), key=at.__getitem__)
+        order = sorted(range(len(at)), key=lambda i: (sample.atoms[i].label("action") == "improper", at[i]))
         return replace(
             sample, atoms=tuple(sample.atoms[i] for i in order), pointers=tuple(sample.pointers[i] for i in order)
         )

@@ -56,7 +56,9 @@ def candidates(line: Example, learned: LearnedReader) -> list[tuple[list[float],
 
 
 def right(line: Example, reading: Reading, path: Trajectory, scene: Scene) -> bool:
-    """Whether a reading is what the corpus says, or does the same."""
+    """Whether a reading is what the corpus says, or does the same; what no frame can say has to be noticed."""
+    if line.besides and not reading.besides:
+        return False
     if line.outcome != "do" or same(reading.frames, line.frames):
         return line.outcome == "do"
     try:

@@ -281,7 +281,8 @@ def enforced(
 def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
     """The adaptation if no policy ran: the trajectory is unchanged."""
     reply, error = last.reply, last.error
-    status: Status = "failed" if error else "needs_clarification" if reply.kind == "question" else "not_understood"
+    kinds: dict[str, Status] = {"question": "needs_clarification", "answer": "answered"}
+    status: Status = "failed" if error else kinds.get(reply.kind, "not_understood")
     if status == "not_understood":
         error = _not_understood(reply, request)
     return Adaptation(
@@ -294,7 +295,7 @@ def _declined(request: Request, last: Attempt, clock: _Clock) -> Adaptation:
         plan=reply.plan,
         code=reply.code,
         assumptions=(*request.assumed, *reply.assumptions),
-        explanation=reply.question or error,
+        explanation=reply.question or reply.answer or error,
         writer=reply.writer,
         attempts=last.count,
         question=reply.question,

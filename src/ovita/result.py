@@ -36,6 +36,7 @@ Status = Literal[
     "infeasible",
     "needs_confirmation",
     "needs_clarification",
+    "answered",
     "not_understood",
     "failed",
 ]
@@ -141,8 +142,8 @@ class Adaptation:
         status: "done"; "limited" (done, but the limits changed it or are not all kept: see `warnings`);
             "not_as_meant" (a postcondition does not hold, nothing changed, or the path comes to a standstill);
             "infeasible" (the limits cannot all hold, `adapted` is the best effort); "needs_confirmation" (see
-            `proposal`); "needs_clarification" (see `question`); "not_understood" (see `unplaced`); "failed" (see
-            `error`).
+            `proposal`); "needs_clarification" (see `question`); "answered" (a question about the path, see
+            `explanation`); "not_understood" (see `unplaced`); "failed" (see `error`).
         original: The trajectory that the instruction was about.
         adapted: The result; equal to `original` where there is none.
         proposed: What the policy returned, before the constraints, or None.
@@ -245,6 +246,8 @@ class Adaptation:
                 return f"The limits cannot all hold, so this is the best effort: {' '.join(conflicts)}"
             case "needs_clarification":
                 return self.question
+            case "answered":
+                return self.explanation
         return self.error if self.proposal is None else self._understood(self.proposal)
 
     @property

@@ -41,6 +41,7 @@ class Example:
         frames: The frames of a first request.
         edits: The edits of feedback.
         outcome: "do", "ask" or "improper".
+        besides: What a wish beside the frames is that no frame can say: "unrelated", "cannot" or "question", or "".
         problem: Why the notation cannot be read, or "".
     """
 
@@ -53,6 +54,7 @@ class Example:
     frames: tuple[SemanticFrame, ...] = ()
     edits: tuple[Edit, ...] = ()
     outcome: str = "do"
+    besides: str = ""
     problem: str = ""
 
 
@@ -78,7 +80,8 @@ def examples(path: Path) -> Iterator[Example]:
             elif arrow:
                 yield Example(*common, earlier, reading, edits=parse_edits(reading, objects))
             else:
-                yield Example(*common, None, reading, frames=parse(reading, objects))
+                frames, _, besides = reading.partition("; !")
+                yield Example(*common, None, reading, frames=parse(frames, objects), besides=besides.strip())
         except InputError as error:
             yield Example(*common, None, reading, problem=str(error))
 

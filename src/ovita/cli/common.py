@@ -260,6 +260,7 @@ _VERDICTS: dict[Status, tuple[int, str]] = {
     "infeasible": (EXIT_REFUSED, "infeasible"),
     "needs_confirmation": (EXIT_NOTHING, "not done: is that meant?"),
     "needs_clarification": (EXIT_NOTHING, "not done: a question"),
+    "answered": (EXIT_NOTHING, "not done: a question, answered"),
     "not_understood": (EXIT_NOTHING, "not done: not understood"),
     "failed": (EXIT_NOTHING, "not done: failed"),
 }

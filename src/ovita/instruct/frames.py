@@ -423,6 +423,8 @@ class Reading:
         confidence: How likely all of it is meant (0..1).
         notes: What was corrected or assumed on the way, for people.
         asked: Where the question has alternatives, what could be meant.
+        asks: Whether it is a question about the path, which wants nothing changed.
+        besides: What is said of a wish beside the others that no frame can say, or "".
     """
 
     frames: tuple[SemanticFrame, ...] = ()
@@ -433,6 +435,8 @@ class Reading:
     confidence: float = 1.0
     notes: tuple[str, ...] = ()
     asked: tuple[str, ...] = ()
+    asks: bool = False
+    besides: str = ""
 
 
 AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)

@@ -117,7 +117,16 @@ IMPROPER = {
     "object": "this names an object that the scene does not have",
     "contradiction": "this contradicts itself",
     "nonsense": "nothing in this says how the path should change",
+    "cannot": "this is more than the built-in reader can say about a path",
+    "question": "this asks about the path and changes nothing",
 }
+BESIDES = {
+    "cannot": "one of the wishes is more than the built-in reader can say about a path, and is left out",
+    "question": "what is asked about the path is not answered here",
+}
+"""What is said of a wish beside others that no frame can say; of any other kind, `NOT_ABOUT_IT`."""
+
+NOT_ABOUT_IT = "one of the wishes is not about the path, and is left out"
 
 FEATURES = (
     "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy"
@@ -136,11 +145,13 @@ class Choice:
         atoms: What is asked for.
         likelihoods: How likely each choice was that they needed.
         used: The mentions that they point at.
+        besides: What is asked for besides that no atom can say, as in IMPROPER, or "".
     """
 
     atoms: tuple[Atom, ...]
     likelihoods: tuple[float, ...]
     used: frozenset[int]
+    besides: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,7 +176,7 @@ class NetworkReading:
         except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
             return -math.inf
         if len(atoms) < QUERIES:
-            said.append(self._weight("action", len(atoms), "none"))
+            said.append(max(self._weight("action", len(atoms), end) for end in ("none", "improper")))
         return sum(said)
 
     def _weights(self, q: int, atom: Atom) -> Iterator[float]:
@@ -245,6 +256,7 @@ class LearnedReader:
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
             outcome["unread"] = left
+            outcome["besides"] = BESIDES.get(choice.besides, NOT_ABOUT_IT) if choice.besides else ""
         items = _aimed(items, seen)
         if before is not None:
             edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
@@ -307,7 +319,7 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     first = choice.atoms[0].label("action") if choice.atoms else "none"
     why = choice.atoms[0].label("choice") if choice.atoms else "nonsense"
     if first in ("improper", "none"):
-        return {"improper": IMPROPER.get(why, IMPROPER["nonsense"])}
+        return {"improper": IMPROPER.get(why, IMPROPER["nonsense"]), "asks": why == "question"}
     unclear = [seen.mentions[i] for i in sorted(choice.used) if seen.mentions[i].unclear]
     if unclear and unclear[0].items:
         names = unclear[0].items
@@ -323,17 +335,20 @@ def choose(output: Output, seen: Sketch) -> Choice:
     atoms: list[Atom] = []
     likelihoods: list[float] = []
     used: set[int] = set()
+    besides = ""
     for q in range(len(output.heads["action"])):
         allowed = _FIRST if seen.before is None else ACTIONS
-        action, likely = _best(output, "action", q, [a for a in allowed if q == 0 or a not in ("ask", "improper")])
+        action, likely = _best(output, "action", q, [a for a in allowed if q == 0 or a != "ask"])
         likelihoods.append(likely)
-        if action == "none":
+        if q and action == "improper":
+            besides, _ = _best(output, "choice", q, CHOICES["improper"])
+        if action == "none" or besides:
             break
         atom, more = _atom(output, q, action, seen, used)
         likelihoods += more
         if atom not in atoms:
             atoms.append(atom)
-    return Choice(tuple(atoms), tuple(likelihoods), frozenset(used))
+    return Choice(tuple(atoms), tuple(likelihoods), frozenset(used), besides)
 
 
 def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = None) -> tuple[str, float]:

@@ -261,6 +261,9 @@ def judged(
     reading = replace(reading, frames=spread(reading.frames, said))
     outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
     doubts = contradictions(said, _frames(reading))
+    if learned is not None and learned.besides and not found.whole:
+        outcome = "needs_confirmation" if outcome == "do" else outcome
+        doubts = (*doubts, learned.besides)
     if outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
         outcome = "needs_confirmation"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)

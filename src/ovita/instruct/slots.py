@@ -38,7 +38,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
             "angle", "within", "direction"),
     "replace": ("direction", "objects", "end"),
     "quadrant": ("1", "2", "3", "4"),
-    "improper": ("unrelated", "object", "contradiction", "nonsense"),
+    "improper": ("unrelated", "object", "contradiction", "nonsense", "cannot", "question"),
     "ask": ("which", "where", "how much", "what"),
 }  # fmt: skip
 """What the choice of each action is among."""

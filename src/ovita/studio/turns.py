@@ -32,6 +32,7 @@ LADDER = {
     "infeasible": Rung("bad", "infeasible", "The limits cannot all hold; the line is the best effort. Do not run it."),
     "needs_confirmation": Rung("ask", "is that meant?", "A reading waits for your yes; nothing has changed."),
     "needs_clarification": Rung("ask", "question", "Something has to be known first; nothing has changed."),
+    "answered": Rung("ask", "answered", "You asked about the path; nothing has changed."),
     "not_understood": Rung("bad", "not understood", "It was not understood; nothing has changed."),
     "failed": Rung("bad", "failed", "It did not work; nothing has changed."),
 }

@@ -64,11 +64,12 @@ class Reply:
     """What a policy writer answers: a policy, a question back, or that it did not understand.
 
     Args:
-        kind: "policy", "question" or "not_understood".
+        kind: "policy", "question", "answer" or "not_understood".
         plan: The high-level plan, one step a line.
         code: Python source of the policy; "" unless kind is "policy".
         assumptions: What was assumed because the instruction leaves it open.
         question: The question back; "" unless kind is "question".
+        answer: What was asked about the path, answered; "" unless kind is "answer".
         unplaced: The words that could not be placed.
         contacts: Names of objects that the instruction asks to touch or pass through.
         confirm: Whether a person has to agree to the policy first, because the reading is not certain.
@@ -79,7 +80,7 @@ class Reply:
         frames: What the instruction was read to ask for, where the writer reads it so.
     """
 
-    kind: Literal["policy", "question", "not_understood"]
+    kind: Literal["policy", "question", "answer", "not_understood"]
     plan: tuple[str, ...] = ()
     code: str = ""
     assumptions: tuple[str, ...] = ()
@@ -92,6 +93,7 @@ class Reply:
     confirm: bool = False
     doubts: tuple[str, ...] = ()
     frames: tuple[SemanticFrame, ...] = ()
+    answer: str = ""
 
 
 Failure = Literal["", "unusable", "failed", "idle", "broken", "unused"]
@@ -150,7 +152,7 @@ class Attempt:
             return Rank.TO_CONFIRM if self.reply.confirm else Rank.BROKEN if self.failure else Rank.AS_MEANT
         if self.failure:
             return Rank.FAILED
-        return Rank.QUESTION if self.reply.kind == "question" else Rank.REFUSED
+        return Rank.QUESTION if self.reply.kind in ("question", "answer") else Rank.REFUSED
 
     @property
     def summary(self) -> str:
@@ -158,6 +160,8 @@ class Attempt:
         unplaced, expectations = quoted(self.reply.unplaced), self.rollout.expectations if self.rollout else ()
         if not self.failure and self.policy is None:
             asks = self.reply.kind == "question"
+            if self.reply.answer:
+                return "answers what is asked about the path"
             return f"asks: {self.reply.question}" if asks else f"could not place {unplaced or 'the instruction'}"
         ran = "its policy ran as meant"
         if self.reply.confirm:

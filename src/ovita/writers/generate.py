@@ -16,7 +16,7 @@ from typing import Literal
 from ovita.errors import OvitaError, PolicyError, UnusableReply, WriterError
 from ovita.instruct.frames import Reading, SemanticFrame, with_selection
 from ovita.instruct.numerals import ambiguous
-from ovita.measure import compare, sentences
+from ovita.measure import account, compare, sentences
 from ovita.paths.trajectory import Array
 from ovita.policy import Policy
 from ovita.policy.sandbox import Isolation as Isolation
@@ -220,6 +220,8 @@ def _decided(request: Request, effort: int) -> Reply:
         verdict = replace(verdict, reading=marked)
     if verdict.outcome == "ask":
         return _asked(verdict.reading, verdict.unused, request)
+    if verdict.outcome == "decline" and verdict.reading.asks:
+        return Reply("answer", answer=_answer(request), writer=WriterInfo("builtin"))
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
@@ -231,6 +233,15 @@ def _decided(request: Request, effort: int) -> Reply:
         unused = (f"{quoted(verdict.unused)} is not used",) if verdict.unused else ()
         return replace(reply, assumptions=(*reply.assumptions, *unused, *verdict.doubts))
     return replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
+
+
+def _answer(request: Request) -> str:
+    """What a path is like, which somebody asked about, near the objects that they named."""
+    from ovita.instruct.sketch import sketch
+
+    mentions = sketch(request.instruction, request.scene, request.trajectory.positions).mentions
+    named = [name for mention in mentions for name in mention.items]
+    return " ".join(account(request.trajectory, request.scene, named))
 
 
 def _of(reading: Reading, request: Request, effort: int) -> Reply | None:
