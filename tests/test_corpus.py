@@ -36,3 +36,21 @@ def test_wishes_of_a_drawn_reading_are_put_in_the_order_in_which_they_are_said(t
         [sys.executable, "-c", ORDER, voice], cwd=CHECK.parents[1], capture_output=True, text=True, check=False
     )
     assert run.stdout.strip() == "[['move', 'smooth'], ['move', 'smooth'], ['smooth', 'move', 'wait']]", run.stderr
+
+
+BESIDES = """# scene: door, cup
+slow by the door and beep | pace slower @near=door; ! unrelated
+beep | ! unrelated
+"""
+READ = """
+import sys, pathlib, check
+print([(e.outcome, e.besides, len(e.frames)) for e in check.examples(pathlib.Path(sys.argv[1]))])
+"""
+
+
+def test_a_wish_that_no_frame_can_say_stands_behind_the_others(tmp_path):
+    voice = tmp_path / "porter.txt"
+    voice.write_text(BESIDES)
+    told = [sys.executable, "-c", READ, str(voice)]
+    read = subprocess.run(told, capture_output=True, text=True, check=True, cwd=CHECK.parent)
+    assert read.stdout.strip() == "[('do', 'unrelated', 1), ('improper', '', 0)]"

@@ -298,3 +298,13 @@ def test_the_rules_leave_it_to_the_network_what_a_complaint_asks_for(text):
 def test_two_places_of_one_part_are_two_objects():
     (frame,) = understand("crawl between the cup and the box", SCENE).learned.frames
     assert set(frame.part.places) == {"cup", "box"}
+
+
+def test_a_wish_that_no_frame_can_say_is_named_and_the_others_wait_for_a_yes():
+    besides = "one of the wishes is not about the path, and is left out"
+    learned = reading("pace slower @near=cup", besides=besides, confidence=0.98)
+    rules = reading("pace slower @near=cup", unread=("horn",))
+    found = verdict("sound the horn and slow down near the cup", rules, learned)
+    assert found.outcome == "needs_confirmation" and besides in found.doubts
+    whole = verdict("slow down near the cup", reading("pace slower @near=cup"), learned)
+    assert (whole.outcome, whole.doubts) == ("do", ())

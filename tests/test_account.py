@@ -1,0 +1,49 @@
+"""What a path is like in sentences, and the answer to a question about it."""
+
+import numpy as np
+
+import ovita as ov
+from ovita.measure import account
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.writers.base import Reply, WriterInfo
+
+POSITIONS = np.array([[0.0, 0.0, 0.2], [0.5, 0.0, 0.6], [1.0, 0.0, 0.2]])
+PATH = Trajectory(POSITIONS, np.array([0.1, 0.2, 0.1]))
+SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.6]), SceneObject("box", [0.25, 0.0, 0.0], dimensions=[0.1, 0.1, 0.2])))
+
+
+def test_length_time_speed_and_height_are_told():
+    told = " ".join(account(PATH, SCENE))
+    assert "1.28 m long" in told and f"takes {PATH.duration:.2f} s" in told
+    assert "0.10 to 0.20 m/s (fastest at waypoint 2)" in told
+    assert "height is 0.20 to 0.60 m (highest at waypoint 2)" in told
+
+
+def test_what_was_asked_about_is_told_and_else_what_is_nearest():
+    *_, cup = account(PATH, SCENE, ["cup"])
+    assert cup.startswith("The cup: the path comes within 30.0 cm of its centre") and "0.60 m high" in cup
+    *_, nearest = account(PATH, SCENE)
+    assert nearest.startswith("The box: ") and "of its surface" in nearest
+
+
+def test_a_path_through_an_object_and_a_level_one():
+    level = Trajectory([[0.0, 0.0, 0.05], [0.5, 0.0, 0.05]], np.array([0.1, 0.1]))
+    told = account(level, SCENE, ["box"])
+    assert "0.05 m throughout" in told[1] or "0.050 m throughout" in told[1]
+    assert "goes through it" in told[2]
+    assert len(account(level, Scene(()))) == 2
+
+
+def test_an_answer_changes_nothing_and_says_so():
+    class Answering:
+        name = "answering"
+
+        def write(self, prompt):
+            return Reply("answer", answer="It takes 8 s.", writer=WriterInfo("builtin"))
+
+    result = ov.adapt(Request("how long does it take?", PATH, SCENE), writer=Answering())
+    assert (result.status, result.message, result.usable) == ("answered", "It takes 8 s.", False)
+    assert np.array_equal(result.adapted.positions, PATH.positions)
+    assert ov.Adaptation.from_document(result.to_document()).message == "It takes 8 s."
