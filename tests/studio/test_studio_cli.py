@@ -64,10 +64,10 @@ def test_it_starts_serves_and_ends(tmp_path):
     try:
         line = process.stdout.readline()
         assert line.startswith("The studio is open at http://127.0.0.1:")
-        with urllib.request.urlopen(line.split()[-1], timeout=10) as page:
+        with urllib.request.urlopen(line.split()[-1], timeout=60) as page:
             assert b"ovita studio" in page.read()
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=60)
     finally:
         process.kill()
         process.wait()

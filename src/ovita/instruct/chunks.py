@@ -415,9 +415,7 @@ def _pieces(text: str) -> list[_Word]:
         word = match.group()
         if word in ("-", "+", "/", ".."):
             word = _mark(word, last, following, glued, joined)
-        word = ORDINALS.get(word, SHORT.get(word, word))
-        if word in COUNTED and word != "other" and last.lower() in DETERMINERS and following.lower() in COUNTABLE:
-            word = f"{COUNTED[word]}th"
+        word = _spelled_out(word, last, following)
         multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
         if multiplies or (glued and _only_shortens(word, last, following)):
             continue
@@ -427,6 +425,13 @@ def _pieces(text: str) -> list[_Word]:
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
+
+
+def _spelled_out(word: str, last: str, following: str) -> str:
+    """An abbreviation in full, an ordinal in digits: "the second waypoint", but no second that is a time."""
+    word = ORDINALS.get(word, SHORT.get(word, word))
+    counts = word in COUNTED and word != "other" and last.lower() in DETERMINERS and following.lower() in COUNTABLE
+    return f"{COUNTED[word]}th" if counts else word
 
 
 def _only_shortens(word: str, last: str, following: str) -> bool:

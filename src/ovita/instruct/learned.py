@@ -121,12 +121,12 @@ IMPROPER = {
     "question": "this asks about the path and changes nothing",
 }
 BESIDES = {
+    "": "",
+    **dict.fromkeys(CHOICES["improper"], "one of the wishes is not about the path, and is left out"),
     "cannot": "one of the wishes is more than the built-in reader can say about a path, and is left out",
     "question": "what is asked about the path is not answered here",
 }
-"""What is said of a wish beside others that no frame can say; of any other kind, `NOT_ABOUT_IT`."""
-
-NOT_ABOUT_IT = "one of the wishes is not about the path, and is left out"
+"""What is said of a wish beside others that no frame can say, by its kind."""
 
 FEATURES = (
     "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy"
@@ -256,7 +256,7 @@ class LearnedReader:
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
             outcome["unread"] = left
-            outcome["besides"] = BESIDES.get(choice.besides, NOT_ABOUT_IT) if choice.besides else ""
+            outcome["besides"] = BESIDES[choice.besides]
         items = _aimed(items, seen)
         if before is not None:
             edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)

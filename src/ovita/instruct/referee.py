@@ -259,13 +259,9 @@ def judged(
     by = "both" if _agree(rules, learned) else by  # also where the rules leave a word
     left = (*reading.unread, *(unplaced if by == "both" or len(said) <= CURT else ()))
     reading = replace(reading, frames=spread(reading.frames, said))
-    outcome: Outcome = "do" if sure else "needs_confirmation" if confidence >= SHOW else "decline"
-    doubts = contradictions(said, _frames(reading))
-    if learned is not None and learned.besides and not found.whole:
-        outcome = "needs_confirmation" if outcome == "do" else outcome
-        doubts = (*doubts, learned.besides)
-    if outcome == "do" and _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN):
-        outcome = "needs_confirmation"
+    doubts = (*contradictions(said, _frames(reading)), *found.besides)
+    at_once = sure and not (found.besides or _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN))
+    outcome: Outcome = "do" if at_once else "needs_confirmation" if sure or confidence >= SHOW else "decline"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
 
 
@@ -348,6 +344,12 @@ class Readings:
         asks = bool(self.learned.question) and self.learned.confidence >= AGAINST_WHOLE
         refuses = self.learned.improper and self.learned.confidence >= REFUSING
         return asks or (bool(refuses) and not self.told_apart)
+
+    @property
+    def besides(self) -> tuple[str, ...]:
+        """What the network says of a wish that no frame can say, unless the rules read every word."""
+        told = "" if self.learned is None or self.whole else self.learned.besides
+        return (told,) if told else ()
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:

@@ -1,4 +1,4 @@
-"""What a path is like, in sentences: the answer to how long it takes, how high, how fast it is, and how close it comes."""
+"""What a path is like, in sentences: how long it takes, how high and fast it is, and how close it comes to objects."""
 
 from __future__ import annotations
 
