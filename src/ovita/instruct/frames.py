@@ -370,6 +370,13 @@ class Height(SemanticFrame):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Level(SemanticFrame):
+    """Go at one height."""
+
+    NAME = "level"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Bound(SemanticFrame):
     """Stay within a distance to one side of the origin or of an object."""
 

@@ -49,6 +49,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
     "resize": ("choice", "degree", "spot"),
     "curve": ("choice", "degree", "part"),
     "straighten": ("part",),
+    "level": ("part",),
     "height": ("role", "part"),
     "bound": ("direction", "spot"),
     "trim": ("choice", "spot"),

@@ -309,22 +309,38 @@ def come_back(builder: PolicyBuilder, frame: F.Return) -> None:
 
 def height(builder: PolicyBuilder, frame: F.Height) -> None:
     """At a height above the ground, or above or below one."""
-    bound = frame.level.role if frame.level.role in ("at_least", "at_most") else ""
-    value = _level(builder, frame.level, frame.of)
-    where, part = builder.part(frame.part)
-    words = {"at_least": "at or above", "at_most": "at or below"}.get(bound, "at")
-    role: Role = frame.level.role if bound else "to"
-    name = builder.knob("height", value, role, "height above the ground, z = 0", "level", direction="up")
-    limit, promise = (f"{bound}={name}",) * 2 if bound else (name, f"{name}, {name}")
+    _at(builder, frame, _level(builder, frame.level, frame.of), frame.level.role)
+
+
+def level(builder: PolicyBuilder, frame: F.Level) -> None:
+    """At one height: the mean of those that it has there."""
+    value = round(float(_heights(builder, frame).mean()), 3)
+    builder.assume(f"the one height is the mean of those that it had, {value:.4g} m")
+    _at(builder, frame, value, "to")
+
+
+def _heights(builder: PolicyBuilder, frame: F.SemanticFrame) -> Array:
+    """The heights that a frame is about, (N,) [m]."""
     up = builder.positions @ builder.axis("up")
-    up = up[builder.waypoints(frame.part)] if len(up) == len(builder.trajectory) else up
-    kept = up >= value if bound == "at_least" else up <= value
+    return up[builder.waypoints(frame.part)] if len(up) == len(builder.trajectory) else up
+
+
+def _at(builder: PolicyBuilder, frame: F.SemanticFrame, value: float, role: Role) -> None:
+    """At a height above the ground [m], or above or below it."""
+    limited = role in ("at_least", "at_most")
+    where, part = builder.part(frame.part)
+    words = {"at_least": "at or above", "at_most": "at or below"}.get(role, "at")
+    kind: Role = role if limited else "to"
+    name = builder.knob("height", value, kind, "height above the ground, z = 0", "level", direction="up")
+    limit, promise = (f"{role}={name}",) * 2 if limited else (name, f"{name}, {name}")
+    up = _heights(builder, frame)
+    kept = up >= value if role == "at_least" else up <= value
     builder.exact |= set() if where else {"up"}
     builder.add(
         f"traj = at_height(traj, {limit}{argument(where)})",
         f"Stay {words} {value:g} m above the ground{part}.",
         f"expect_side('up', {promise}{argument(where)})",
-        holds=bool(bound) and bool(kept.all()),
+        holds=limited and bool(kept.all()),
     )
 
 
@@ -375,6 +391,6 @@ def keep(builder: PolicyBuilder, frame: F.Keep) -> None:
 
 
 PATH_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Height: height, F.Bound: bound, F.Return: come_back,
-    F.Quadrant: quadrant, F.Keep: keep,
+    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Height: height, F.Level: level, F.Bound: bound,
+    F.Return: come_back, F.Quadrant: quadrant, F.Keep: keep,
 }  # fmt: skip

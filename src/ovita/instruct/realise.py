@@ -27,7 +27,7 @@ from ovita.toolkit import judge
 STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
-    *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height"),
+    *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height level"),
     *(
         "side",
         "closer farther",

@@ -197,6 +197,17 @@ def height_kept(pair: Pair, *, where: Where = None) -> CheckResult:
 
 
 @predicate
+def one_height(pair: Pair, *, where: Where = None) -> CheckResult:
+    """Nine of ten waypoints, all along or in a part of the path, have one height."""
+    up = pair.part(where)[1][:, :3] @ pair.scene.frame.direction("up")
+    wish = f"go at one height{said(where)}"
+    if not len(up):
+        return say(False, wish, GONE)
+    share = float((np.abs(up - np.median(up)) <= pair.noticeable).mean())
+    return say(share >= 0.9, wish, f"heights run from {up.min():.3f} to {up.max():.3f} m")
+
+
+@predicate
 def speed_within(
     pair: Pair,
     *,
