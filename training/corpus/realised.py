@@ -233,7 +233,7 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
             return replace(frame, shape="spiral" if shape in ("circle", "eight") else "circle", place=objects[0])
         case F.Smooth():
             return F.Figure(shape="zigzag", part=frame.part)
-        case F.Level():
+        case F.OneHeight():
             return F.Tilt(angle=F.Quantity(40.0, "deg"), direction="front")
         case F.Straighten():
             return F.Curve(change="more", part=frame.part)

@@ -33,7 +33,7 @@ RECOUNTED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Hover)
 PACING = (F.Pace, F.Wait, F.StopAt, F.Hover)
 """Frames that change the speed."""
 
-LIFTING = (F.Height, F.Level, F.Hop, F.Hover, F.Tilt, F.Trim, F.Extend, F.Smooth, F.Resample)
+LIFTING = (F.Height, F.OneHeight, F.Hop, F.Hover, F.Tilt, F.Trim, F.Extend, F.Smooth, F.Resample)
 """Frames that change heights, or which waypoints there are to compare them at."""
 
 
@@ -587,7 +587,7 @@ _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.Side: lambda case, f: _each(f.objects, partial(_beside, case, f)),
     F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
     F.Straighten: lambda case, f: P.straight(case.where(f)),
-    F.Level: lambda case, f: asked.one_height(where=case.where(f)),
+    F.OneHeight: lambda case, f: asked.one_height(where=case.where(f)),
     F.Reverse: lambda case, f: P.reversed_part(case.where(f)) if case.alone(f) else None,
     F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
     F.Extend: _extend, F.Smooth: _smooth, F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover,

@@ -370,7 +370,7 @@ class Height(SemanticFrame):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Level(SemanticFrame):
+class OneHeight(SemanticFrame):
     """Go at one height."""
 
     NAME = "level"

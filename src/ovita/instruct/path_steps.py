@@ -312,7 +312,7 @@ def height(builder: PolicyBuilder, frame: F.Height) -> None:
     _at(builder, frame, _level(builder, frame.level, frame.of), frame.level.role)
 
 
-def level(builder: PolicyBuilder, frame: F.Level) -> None:
+def level(builder: PolicyBuilder, frame: F.OneHeight) -> None:
     """At one height: the mean of those that it has there."""
     value = round(float(_heights(builder, frame).mean()), 3)
     builder.assume(f"the one height is the mean of those that it had, {value:.4g} m")
@@ -391,6 +391,6 @@ def keep(builder: PolicyBuilder, frame: F.Keep) -> None:
 
 
 PATH_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Height: height, F.Level: level, F.Bound: bound,
+    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Height: height, F.OneHeight: level, F.Bound: bound,
     F.Return: come_back, F.Quadrant: quadrant, F.Keep: keep,
 }  # fmt: skip
