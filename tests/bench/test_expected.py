@@ -29,6 +29,7 @@ PAIRS = [
     ("end goal to=cup left", "end goal to=cup right"),
     ("end goal toward=cup by=10cm", "end goal away=cup by=10cm"),
     ("height at_most=45cm", "height to=60cm"),
+    ("level", "move up=5cm"),
     ("keep height; move left=10cm", "move left=10cm up=10cm"),
     ("pace at_most=0.25m/s", "pace set to=0.3m/s"),
     ("pace set to=0.3m/s; wait at=cup for=1s", "pace set to=0.35m/s; wait at=cup for=1s"),

@@ -473,7 +473,27 @@ def _until_told(it: Facts) -> str:
 
 SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
 
+def _asked(it: Facts) -> str:
+    """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
+    first, second, *more = [*it.words, "", ""]
+    asks = second in ASKED.get(first, ()) and WISHED.isdisjoint(more[:3])
+    return "This may only ask what the path is like." if asks else ""
+
+
+_STATES = ("it", "this", "that", "the", "there")
+ASKED = {
+    **dict.fromkeys(("is", "does", "will", "has"), _STATES),
+    "how": ("close", "near", "high", "low", "far", "long", "fast", "quick", "quickly", "slow", "many", "much"),
+    "what": ("is", "speed", "height", "distance"),
+    "what's": _STATES,
+}
+"""The two words that begin a question."""
+
+WISHED = frozenset("have need possible ok okay any way chance alright supposed about if".split())
+"""Words that make a question a wish."""
+
 NEVER = (
+    _asked,
     _by_or_to,
     _regretted,
     _told,
