@@ -1,6 +1,7 @@
 """What a path is like in sentences, and the answer to a question about it."""
 
 import numpy as np
+import pytest
 
 import ovita as ov
 from ovita.measure import account
@@ -47,3 +48,27 @@ def test_an_answer_changes_nothing_and_says_so():
     assert (result.status, result.message, result.usable) == ("answered", "It takes 8 s.", False)
     assert np.array_equal(result.adapted.positions, PATH.positions)
     assert ov.Adaptation.from_document(result.to_document()).message == "It takes 8 s."
+
+
+QUESTIONS = (
+    "How long does it take?",
+    "How close does it get to the cup?",
+    "Is it going over the box?",
+    "what's the top speed?",
+)
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_the_built_in_writer_answers_questions_about_the_path(question):
+    result = ov.adapt(Request(question, PATH, SCENE), writer="builtin")
+    assert result.status == "answered" and f"takes {PATH.duration:.2f} s" in result.message
+    assert np.array_equal(result.adapted.to_array(), PATH.to_array())
+
+
+def test_a_question_in_a_conversation_is_about_the_path_as_it_is_now():
+    session = ov.Session(PATH, SCENE, writer="builtin")
+    session.say("go up by 0.1")
+    told = session.say("How high is the highest point now?")
+    assert told.status == "answered" and "0.30 to 0.70 m" in told.message
+    assert session.say("a bit more").status == "done"  # is about the turn before the question
+    assert "go up" in session.say("why did you do that?").message

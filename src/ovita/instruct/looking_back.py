@@ -105,7 +105,12 @@ class Hearing:
 
 
 def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
-    """The feedback of the rules or of the network, with how likely it is meant; None if an instruction is likelier."""
+    """The feedback of the rules or of the network, with how likely it is meant; None if an instruction is likelier.
+
+    A question of what the path is like is none, but one of what was done or why.
+    """
+    if heard.alone.asks and not it.said.cued("explain"):
+        return None
     readings = ways(it, heard)
     points = {who: sum(worth * float(fact(it, heard)) for worth, fact in GROUNDS[who].values()) for who in readings}
     best = max(points, key=lambda who: points[who])

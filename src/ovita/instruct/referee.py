@@ -252,7 +252,7 @@ def judged(
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
     found = both_readings(said, rules, learned, weighed)
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
-        guessed = all(chunk.kind in UNKNOWN for chunk in said)
+        guessed = all(chunk.kind in UNKNOWN for chunk in said) and not (learned and learned.asks)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
     by, reading, confidence = found.likeliest()
     unplaced, sure = _unplaced(said, rules), found.sure(by, confidence)
