@@ -473,6 +473,7 @@ def _until_told(it: Facts) -> str:
 
 SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
 
+
 def _asked(it: Facts) -> str:
     """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
     first, second, *more = [*it.words, "", ""]
