@@ -14,6 +14,8 @@ from ovita.instruct.frames import Reading
 from ovita.instruct.referee import judged, understand
 from ovita.instruct.rules import read
 from ovita.instruct.slots import TRAINED
+from ovita.instruct.together import contrasted, settled
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
@@ -308,3 +310,11 @@ def test_a_wish_that_no_frame_can_say_is_named_and_the_others_wait_for_a_yes():
     assert found.outcome == "needs_confirmation" and besides in found.doubts
     whole = verdict("slow down near the cup", reading("pace slower @near=cup"), learned)
     assert (whole.outcome, whole.doubts) == ("do", ())
+
+
+def test_a_place_between_two_objects_is_a_place_like_any_other():
+    """Such a place is no key of a dict, as frames are where they are told apart."""
+    apart = PathPart("before", places=({"between": ["cup", "box"]},))
+    kept = (F.Keep(what="part", part=apart), F.Pace(change="rampup"), F.Pace(change="rampdown"))
+    made = settled(contrasted(kept))
+    assert [frame.part.kind for frame in made] == ["before", "first", "last"]

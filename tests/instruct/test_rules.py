@@ -126,7 +126,6 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         ("go a bit higher and move the start left by 0.1", "move up deg=slight; end start left=10cm"),
         ("move the start up and left", "end start up left"),
         ("shift left keeping the speed", "move left; keep speed"),
-        ("go up at a constant speed of 0.2", "move up; pace constant to=0.2m/s"),
         ("walk closer to the cup and keep at least 0.2 from the box", "closer cup; clearance box at_least=20cm"),
         # ends
         ("the new goal is the midpoint of the cup and the lamp", "end goal to=cup+lamp"),

@@ -376,14 +376,6 @@ def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
     return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
-def _up_to(it: Facts) -> str:
-    """A part of the path up to an object, read as a way beyond the goal: "follow the path until the cup"."""
-    extended = any(isinstance(frame, F.Extend) and frame.place for frame in it.frames)
-    if extended and "before" in it.kinds and it.kinds.isdisjoint(("extend", "goal", "after")):
-        return f"{it.word({'before'})} is no way beyond the goal."
-    return ""
-
-
 def _goes_on(it: Facts) -> str:
     """A mere "keep going" that is read as a way beyond the goal, which nothing names."""
     far = any(isinstance(frame, F.Extend) and not frame.quantities for frame in it.frames)
@@ -396,28 +388,10 @@ GOING_ON = frozenset("keep on going go carry continue moving proceed still press
 """Words that say no more than that the robot goes on."""
 
 
-def _in_time(it: Facts) -> str:
-    """A time within which something is to be done, read as a wait: "finish within 10 s"."""
-    waits = any(isinstance(frame, F.Wait) for frame in it.frames)
-    for word, time in pairwise(it.row):
-        if waits and time.kind == "Qs" and word.kind in ("within", "at_most"):
-            return f"{word.text!r} {time.text} is a limit, and no wait."
-    return ""
-
-
 def _extreme(it: Facts) -> str:
     """The highest or lowest point of the path, which no frame is about."""
     found = (word for word, point in pairwise(it.row) if word.kind in ("max", "min") and point.kind == "waypoints")
     return next((f"{word.text!r} point has no place in it." for word in found), "")
-
-
-def _compared_size(it: Facts) -> str:
-    """A share by which a size is to change, read as the size: "ten percent smaller"."""
-    shares = (
-        q for frame in it.frames if isinstance(frame, F.Resize) and not frame.change for q in frame.quantities.values()
-    )
-    said = it.plain & {"smaller", "larger"}
-    return f"{it.word(said)} is no size to come to." if said and any(q.unit == "%" for q in shares) else ""
 
 
 def _by_or_to(it: Facts) -> str:
@@ -507,11 +481,8 @@ NEVER = (
     _above_lost,
     _pointed,
     _without_unit,
-    _up_to,
     _goes_on,
-    _in_time,
     _extreme,
-    _compared_size,
 )
 """What is never done at once, however likely its reading is."""
 

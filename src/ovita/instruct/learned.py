@@ -341,15 +341,19 @@ def choose(output: Output, seen: Sketch) -> Choice:
         allowed = _FIRST if seen.before is None else ACTIONS
         action, likely = _best(output, "action", q, [a for a in allowed if q == 0 or a != "ask"])
         likelihoods.append(likely)
-        if q and action == "improper":
-            besides, _ = _best(output, "choice", q, CHOICES["improper"])
-        if action == "none" or besides:
+        if action == "none" or (q and action == "improper"):
+            noticed = q and output.heads["action"][q][HEADS["action"].index("improper")] >= NOTICED
+            besides = _best(output, "choice", q, CHOICES["improper"])[0] if noticed else ""
             break
         atom, more = _atom(output, q, action, seen, used)
         likelihoods += more
         if atom not in atoms:
             atoms.append(atom)
     return Choice(tuple(atoms), tuple(likelihoods), frozenset(used), besides)
+
+
+NOTICED = 0.1
+"""How likely a wish beside the others that no atom can say has to be to be told of."""
 
 
 def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = None) -> tuple[str, float]:

@@ -109,7 +109,8 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
 
     A question of what the path is like is none, but one of what was done or why.
     """
-    if heard.alone.asks and not it.said.cued("explain"):
+    explains = all(isinstance(edit, E.Command) and edit.command == "explain" for edit in it.best.edits)
+    if heard.alone.asks and explains and not it.said.cued("explain"):
         return None
     readings = ways(it, heard)
     points = {who: sum(worth * float(fact(it, heard)) for worth, fact in GROUNDS[who].values()) for who in readings}

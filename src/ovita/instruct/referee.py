@@ -52,24 +52,24 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.21,
-    "both agree": 0.79,
-    "agree but for words left": 1.20,
-    "confidence": 0.87,
-    "the rules read otherwise": -1.23,
-    "contradicted": -0.99,
-    "the other contradicted": 0.59,
+    "always": 1.19,
+    "both agree": 1.02,
+    "agree but for words left": 1.21,
+    "confidence": 0.84,
+    "the rules read otherwise": -1.21,
+    "contradicted": -0.62,
+    "the other contradicted": 0.46,
     "likelihood": 0.43,
-    "in common": 1.92,
-    "the other reads nothing": -0.87,
+    "in common": 1.72,
+    "the other reads nothing": -0.84,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.84, 0.15
+DO, SHOW = 0.83, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
-WHOLE_READ = 0.58
+WHOLE_READ = 0.56
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
 AGAINST_WHOLE = 0.88

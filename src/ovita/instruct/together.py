@@ -137,7 +137,7 @@ def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
             return [F.Pace(change="constant", part=kept.part, words=kept.words)]  # to ask for nothing else
         case [F.Clearance(distance=distance) as clear] if distance == CLEAR:
             return [F.Approach(sense="farther", objects=clear.objects, words=clear.words)]
-    once = contrasted(list(dict.fromkeys(made)))
+    once = contrasted([frame for i, frame in enumerate(made) if frame not in made[:i]])
     return [frame for frame in once if not any(_covers(other, frame) for other in once)]
 
 
@@ -153,12 +153,13 @@ def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
 
 def at_the_ends(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     """A speed that is to rise and to fall rises at the start and falls at the goal: "soft start, soft stop"."""
-    ramps = {F.Pace(change=change): F.Pace(change=change, part=part) for change, part in RAMPS.items()}
-    both = ramps.keys() <= set(made)
-    return [replace(frame, part=ramps[frame].part) if both and frame in ramps else frame for frame in made]
+    if not all(ramp in made for ramp in RAMPS):
+        return [*made]
+    return [RAMPS_APART[RAMPS.index(frame)] if frame in RAMPS else frame for frame in made]
 
 
-RAMPS: Mapping[Literal["rampup", "rampdown"], PathPart] = {"rampup": PathPart("first"), "rampdown": PathPart("last")}
+RAMPS = (F.Pace(change="rampup"), F.Pace(change="rampdown"))
+RAMPS_APART = (replace(RAMPS[0], part=PathPart("first")), replace(RAMPS[1], part=PathPart("last")))
 """Where the speed rises and falls if both are asked for of no part."""
 
 
