@@ -33,7 +33,7 @@ CORPUS = Path(__file__).parent / "corpus" / "ways"
 VOICES = CORPUS.parent / "voices"
 OUT = Path(__file__).parents[1] / "src" / "ovita" / "sources" / tagging.WEIGHTS
 ROLE = dict(zip("SVGRW", tagging.ROLES, strict=True))
-HIDDEN, DROPPED, EPOCHS, BATCH, RATE, DECAY, SEED = 96, 0.3, 12, 8, 1e-3, 0.01, 9
+HIDDEN, DROPPED, EPOCHS, BATCH, RATE, DECAY, SEED = 96, 0.3, 12, 8, 1e-3, 0.01, 4
 LAST_RATE = 0.02
 """The share of the rate that is left at the end."""
 

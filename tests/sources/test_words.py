@@ -78,7 +78,7 @@ ARM = Robot.preset("arm")
          "One lap of the bottle"),
         ("Zigzag it from the box to the plate", "the box", [], "the plate", "Zigzag"),
         ("Bring the ring from the box to the plate", "the box", [], "the plate", ""),
-        ("From the box to the plate at the end with a twist", "the box", [], "the plate", "at the end with a twist"),
+        ("From the box to the plate at the end with a twist", "the box", [], "the plate", "at the end, with a twist"),
         ("Would you be so kind as to go from the box to the plate, pleeease", "the box", [], "the plate", ""),
         ("From the box to the plate, slowly, because the floor is wet", "the box", [], "the plate", "slowly"),
         ("From the box to the plate, the customer forgot her bag", "the box", [], "the plate", ""),
