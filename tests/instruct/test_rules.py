@@ -127,6 +127,9 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         ("move the start up and left", "end start up left"),
         ("shift left keeping the speed", "move left; keep speed"),
         ("walk closer to the cup and keep at least 0.2 from the box", "closer cup; clearance box at_least=20cm"),
+        ("keep it level between the cup and the box", "level @between=cup+box"),
+        ("constant altitude after the cup please", "level @after=cup"),
+        ("keep a constant height of 0.3 m", "height to=0.3m"),
         # ends
         ("the new goal is the midpoint of the cup and the lamp", "end goal to=cup+lamp"),
         ("after reaching the goal go on straight to the box", "extend to=box"),

@@ -472,6 +472,7 @@ ROWS: tuple[Row, ...] = (
     # form
     Row(F.Smooth, ("smooth !dec|less|inc|more", "smooth turns", "dec|less turns"), {}, {}, (), "smooth path whole turns avoid dec less touch", 0.25),
     Row(F.Straighten, ("straight",), {}, {}, (), "straight path whole curvature turns", 0.25),
+    Row(F.OneHeight, ("flat",), {}, {}, (), "flat path whole keep", 0.1),
     Row(F.Curve, ("more_curve", "inc|more|large curvature !too"), {}, {"change": "more"}, (), "curvature more path inc whole", 0.0),
     Row(F.Curve, ("less_curve", "dec|less|too curvature"), {}, {"change": "less"}, (), "curvature less dec too path whole", 0.0),
     Row(F.Resize, ("larger", "inc size", "resize up"), {"by": share, "about": place("around", "of", "at")}, {"change": "larger"}, (), "resize larger path whole size inc times up", 0.3, takes_part=False, check=_resize),
@@ -495,7 +496,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Height, ("Hq", "Qm:at_least,at_most height|up|ground|axis", "height Qm:at_least,at_most", "ceiling|floorlimit Qm", "height min|max|limit|at_least|at_most Qm", "up|ground max|min|at_most|at_least Qm"),
         {"level": level}, {}, ("level",), "height ground axis up keep wait whole path limit max min at_most at_least raise lower down touch", 0.2),
     Row(F.Height, ("raise|lower|up|down|drop Qm:to",), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground keep raise lower up down drop path whole", 0.15),
-    Row(F.Height, ("height Qm !inc|dec|more|less|limit|max|min", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "height ground axis keep wait up raise over lower", 0.25),
+    Row(F.Height, ("height Qm !inc|dec|more|less|limit|max|min", "flat Qm", "Qm ground", "height axis_by", "axis Qm:to"), {"level": amount("Qm", role="to")}, {}, ("level",), "flat height ground axis keep wait up raise over lower", 0.25),
     Row(F.Bound, ("left|right|front|back origin Qm", "bound left|right|front|back Qm", "Qm:at_most left|right|front|back", "within left|right|front|back Qm", "keep left|right|front|back Qm:at_most", "keep within_of left|right|front|back"),
         {"offset": offset, "of": place()}, {}, ("offset",), "origin bound keep at_most max within limit whole", 0.1, takes_part=False),
     Row(F.Quadrant, ("quadrant",), {"number": quadrant}, {}, ("number",), "quadrant keep whole path only third second 1st quarter", -0.1, takes_part=False),
