@@ -5,7 +5,7 @@ import pytest
 
 import ovita as ov
 from ovita.measure import account
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.writers.base import Reply, WriterInfo
@@ -32,9 +32,17 @@ def test_what_was_asked_about_is_told_and_else_what_is_nearest():
 def test_a_path_through_an_object_and_a_level_one():
     level = Trajectory([[0.0, 0.0, 0.05], [0.5, 0.0, 0.05]], np.array([0.1, 0.1]))
     told = account(level, SCENE, ["box"])
-    assert "0.05 m throughout" in told[1] or "0.050 m throughout" in told[1]
+    assert "height is 0.05 m throughout" in told[1]
     assert "goes through it" in told[2]
     assert len(account(level, Scene(()))) == 2
+
+
+def test_a_thin_object_between_waypoints_far_apart_is_seen_and_up_is_that_of_the_frame():
+    across = Trajectory([[0.0, 0.0, -1.0], [9.0, 0.0, -2.0]], np.array([1.0, 1.0]))
+    post = SceneObject("TV post", [4.5678, 0.0, -1.5], dimensions=[0.001, 1.0, 1.0])
+    told = account(across, Scene((post,), Frame("ned")))
+    assert told[1] == "Its height is 1.00 to 2.00 m (highest at waypoint 2)."
+    assert told[2].startswith("The TV post: the path goes through it, after 4.6")
 
 
 def test_an_answer_changes_nothing_and_says_so():

@@ -425,7 +425,8 @@ def _told(it: Facts) -> str:
     """What is said to be so, and read as what is asked for: "it whizzes past the terrace"."""
     for who, what in pairwise(it.said):
         third = who.text.lower() in ("it", "he", "she") and what.text.lower().split()[0].endswith("s")
-        if third and any(what.kind in OPPOSED[sense] for sense in it.senses & {"faster", "slower"}):
+        paces = any(what.kind in OPPOSED[sense] for sense in it.senses & {"faster", "slower"})
+        if third and (paces or any(what.kind == frame.shape for frame in it.frames_of(F.Figure))):
             return f"{what.text!r} tells how it is."
     return ""
 

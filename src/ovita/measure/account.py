@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import Scene, SceneObject
-from ovita.paths.trajectory import Trajectory
-from ovita.text import length, number, the
-
-FINE = 10
-"""Places that are looked at on each segment."""
+from ovita.paths.trajectory import Array, Trajectory
+from ovita.text import length, number, sentence, the
 
 
 def account(trajectory: Trajectory, scene: Scene, names: Sequence[str] = ()) -> tuple[str, ...]:
@@ -19,10 +17,10 @@ def account(trajectory: Trajectory, scene: Scene, names: Sequence[str] = ()) -> 
 
     Args:
         trajectory: The path with its speeds.
-        scene: With the objects.
+        scene: With the objects, and which way is up.
         names: The objects that were asked about; of none the one that the path comes closest to.
     """
-    heights, speeds = trajectory.positions[:, 2], trajectory.speeds
+    heights, speeds = trajectory.positions @ scene.frame.direction("up"), trajectory.speeds
     low, high = heights.min(), heights.max()
     told = [
         f"The path is {length(trajectory.length)} long and takes {number(trajectory.duration)} s, at "
@@ -34,25 +32,21 @@ def account(trajectory: Trajectory, scene: Scene, names: Sequence[str] = ()) -> 
     near = {item.name: _closest(trajectory, item) for item in scene}
     asked = [item for item in scene if item.name in names]
     closest = sorted(scene, key=lambda item: near[item.name][0])[:1]
-    return (*told, *(_of(trajectory, item, *near[item.name]) for item in asked or closest))
+    return (*told, *(_of(trajectory, heights, item, *near[item.name]) for item in asked or closest))
 
 
 def _closest(trajectory: Trajectory, item: SceneObject) -> tuple[float, float]:
     """Least distance [m] of a path to an object's surface, or to the centre of one without a size, and the waypoint."""
-    at = np.linspace(0, len(trajectory) - 1, FINE * (len(trajectory) - 1) + 1)
-    points = np.stack([np.interp(at, np.arange(len(trajectory)), axis) for axis in trajectory.positions.T], axis=1)
-    gaps = item.distance(points) if item.dimensions is None else item.clearance(points)
-    best = int(gaps.argmin())
-    return float(gaps[best]), float(at[best])
+    if item.dimensions is None:
+        return closest_to_point(trajectory.positions, item.position)
+    return item.cuboid.closest(trajectory.positions)
 
 
-def _of(trajectory: Trajectory, item: SceneObject, gap: float, at: float) -> str:
+def _of(trajectory: Trajectory, heights: Array, item: SceneObject, gap: float, at: float) -> str:
+    """Where a path comes closest to an object: `gap` [m] from it, at the fractional waypoint `at`."""
     steps = np.arange(len(trajectory))
-    rows = (trajectory.times, trajectory.positions[:, 2], trajectory.speeds)
-    when, height, speed = (float(np.interp(at, steps, row)) for row in rows)
+    when, height, speed = (float(np.interp(at, steps, row)) for row in (trajectory.times, heights, trajectory.speeds))
     from_it = "its centre" if item.dimensions is None else "its surface"
     how = f"comes within {length(gap)} of {from_it}" if gap > 0 else "goes through it"
-    return (
-        f"{the(item.name).capitalize()}: the path {how}, after {number(when)} s, {number(height)} m high and at "
-        f"{number(speed)} m/s."
-    )
+    told = f"the path {how}, after {number(when)} s, {number(height)} m high and at {number(speed)} m/s"
+    return sentence(f"{the(item.name)}: {told}")
