@@ -1,6 +1,7 @@
 """A reading that is not certain: it is shown, and done only once a person agrees."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,12 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 from ovita import accept
-from ovita.chain import adapt
+from ovita.chain import adapt, another
 from ovita.cli.main import cli
 from ovita.dialogue.postconditions import answered
 from ovita.dialogue.session import Session
 from ovita.errors import FormatError, RequestError
 from ovita.gate import review
+from ovita.instruct.notation import parse
 from ovita.io import load_task
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
@@ -21,7 +23,7 @@ from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.result import Adaptation
 from ovita.writers.base import Reply, WriterChain, WriterInfo
-from ovita.writers.generate import BuiltinWriter
+from ovita.writers.generate import BuiltinWriter, reply_for
 
 PATH = Trajectory(np.column_stack([np.linspace(0, 1, 30), np.zeros((30, 2))]), np.full(30, 0.4))
 SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]),))
@@ -294,6 +296,56 @@ def test_a_saved_proposal_goes_on_in_a_session(unsure):
     talk = Session.of(unsure, writer="builtin")
     assert talk.pending == unsure and not talk.steps
     assert talk.say("yes").status == "done" and len(talk.steps) == 1
+
+
+class Wrong:
+    """Proposes to go right, whatever is said."""
+
+    name = "builtin"
+
+    def write(self, prompt):
+        frames = parse("move right=5cm")
+        return replace(reply_for(frames, prompt.request), confirm=True)
+
+
+@pytest.fixture
+def misread():
+    talk = Session(PATH, SCENE, writer=Wrong())
+    assert "to the right" in talk.say("slow down near the cup").message
+    return talk
+
+
+def test_after_a_no_another_reading_waits(misread):
+    other = misread.say("no")
+    assert other.status == "needs_confirmation" and misread.pending == other and misread.current == PATH
+    assert other.explanation.startswith("Then perhaps otherwise. I understood: multiply the speed by")
+    assert misread.say("yes").status == "done"
+    assert [step.said for step in misread.steps] == ["slow down near the cup"]
+    assert misread.current.speeds.min() < 0.39 and misread.undo() and misread.current == PATH
+
+
+def test_another_reading_is_shown_only_once(misread):
+    misread.say("no")
+    assert misread.say("no").message == "Nothing changed." and misread.pending is None
+
+
+@pytest.mark.parametrize("said", ["never mind", "cancel", "no thanks"])
+def test_who_ends_the_matter_is_asked_nothing_more(misread, said):
+    assert misread.say(said).message == "Nothing changed." and misread.pending is None
+
+
+def test_there_is_no_other_reading_of_what_a_model_wrote(unsure):
+    misread = adapt(Request("slow down near the cup", PATH, SCENE), writer=Wrong())
+    assert another([misread]) is not None and another([unsure]) is None, "that one was not made of frames"
+    assert another([replace(misread, writer=replace(misread.writer, kind="llm"))]) is None
+
+
+@pytest.mark.parametrize(("answer", "code", "status"), [("n\ny\n", 0, "done"), ("n\nn\n", 3, "needs_confirmation")])
+def test_a_terminal_shows_another_reading(run, monkeypatch, answer, code, status):
+    monkeypatch.setattr("ovita.cli.common.writer_from", lambda *a, **k: Wrong())
+    done = run("scene.json", "slow down near the cup", "--out", "r.json", answer=answer, terminal=True)
+    assert done.exit_code == code and "Then perhaps otherwise." in done.output
+    assert Adaptation.load("r.json").status == status
 
 
 def test_a_hand_edit_ends_it(session):

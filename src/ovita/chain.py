@@ -45,8 +45,8 @@ from ovita.writers.base import (
     writer_named,
 )
 from ovita.writers.explain import reworded
+from ovita.writers.generate import BuiltinWriter, judged, write
 from ovita.writers.generate import Isolation as Isolation
-from ovita.writers.generate import judged, write
 
 RESTORED = 0.3
 """Share of the path that bends when an end is brought back that was to stay."""
@@ -327,6 +327,26 @@ def to_confirm(result: Adaptation, unplaced: tuple[str, ...] = (), doubts: tuple
         timings_ms=result.timings_ms,
     )
     return replace(waiting, explanation=waiting.message)
+
+
+def another(refused: Sequence[Adaptation], *, isolation: Isolation = "auto") -> Adaptation | None:
+    """Another reading of an instruction whose proposals were refused, to be agreed to; None if there is none.
+
+    Only the built-in writer knows others.
+
+    Args:
+        refused: Results with a proposal each, of the same instruction and trajectory, the first one first.
+        isolation: How a policy must be isolated while it runs.
+    """
+    first = refused[0]
+    frames = tuple(one.proposal.frames for one in refused if one.proposal is not None)
+    if not all(frames) or first.writer.kind != "builtin":
+        return None
+    request = Request(first.instruction, first.original, first.scene, first.robot)
+    result = adapt(request, writer=BuiltinWriter(refused=frames), constraints=first.options, isolation=isolation)
+    if result.proposal is None:
+        return None
+    return replace(result, explanation=f"Then perhaps otherwise. {result.message}")
 
 
 _A_MODEL = "; a language model understands more: 'ovita models' gets a local one, --writer or OVITA_MODEL names one"

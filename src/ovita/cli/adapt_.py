@@ -17,7 +17,7 @@ from click import option
 from click.core import ParameterSource
 
 from ovita import io
-from ovita.chain import REPAIRS, TIME_LIMIT, adapt
+from ovita.chain import REPAIRS, TIME_LIMIT, adapt, another
 from ovita.cli import common
 from ovita.cli.common import shown, source
 from ovita.errors import FormatError, RequestError
@@ -143,8 +143,8 @@ def _finish(
     result: Adaptation, task: io.Task, writer: PolicyWriter, options: dict[str, Any], outputs: Outputs
 ) -> NoReturn:
     """Ask about a proposal, write what was asked for and report."""
-    if result.proposal is not None and (outputs.accepting or (not outputs.as_json and _agrees(result))):
-        result = accept(result)
+    if result.proposal is not None:
+        result = accept(result) if outputs.accepting else result if outputs.as_json else _asked_about(result)
     notes = (*common.notes_on(task, options["robot"]), *common.notes_on_writer(writer))
     report(result, outputs, *_write(result, outputs, task, common.choices_from(options)), notes)
 
@@ -168,9 +168,16 @@ def report(
     raise SystemExit(common.EXIT_OF[result.status])
 
 
-def _agrees(result: Adaptation) -> bool:
-    """Ask on the terminal whether a proposal is meant; without a terminal nobody agrees."""
-    return _on_a_terminal() and click.confirm(f"{common.plain(result.message)} Do this?", default=False)
+def _asked_about(result: Adaptation) -> Adaptation:
+    """What a person on the terminal agrees to: the proposal, or another reading; without a terminal nobody agrees."""
+    if not _on_a_terminal():
+        return result
+    if click.confirm(f"{common.plain(result.message)} Do this?", default=False):
+        return accept(result)
+    other = another([result])
+    if other is not None and click.confirm(f"{common.plain(other.explanation)} Do this?", default=False):
+        return accept(other)
+    return result
 
 
 def _on_a_terminal() -> bool:

@@ -27,9 +27,12 @@ _YES = (
     "exactly", "do it", "do that", "do this", "go ahead", "go for it", "please do", "accept", "confirmed", "confirm",
     "that is right", "that's right", "that is it", "that's it", "fine", "agreed", "affirmative",
 )  # fmt: skip
+NOT_THAT = ("no", "nope", "nah", "n", "wrong", "not that", "not this", "negative", "that is wrong", "that's wrong")
+"""Answers that refuse a reading, after which another one may be meant; others end the matter."""
+
 _NO = (
-    "no", "no thanks", "no thank you", "nope", "nah", "n", "don't", "do not", "never mind", "nevermind", "forget it",
-    "forget that", "cancel", "cancel that", "undo", "wrong", "not that", "negative", "leave it", "no way",
+    *NOT_THAT, "no thanks", "no thank you", "don't", "do not", "never mind", "nevermind", "forget it", "forget that",
+    "cancel", "cancel that", "undo", "leave it", "no way",
 )  # fmt: skip
 _GOES_ON = ("but", "only", "just", "make", "rather", "and", "it", "the", "not", "i", "with", "please")
 _BETWEEN = " ,.!;:-"

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event
 from typing import Any
 
-from ovita.chain import UNCHANGED, enforced, rerun
+from ovita.chain import UNCHANGED, another, enforced, rerun
 from ovita.dialogue.history import (
     OWN,
     ROOT,
@@ -20,7 +20,7 @@ from ovita.dialogue.history import (
     replayed,
     write_session,
 )
-from ovita.dialogue.postconditions import answered, lost
+from ovita.dialogue.postconditions import NOT_THAT, answered, lost
 from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
@@ -62,6 +62,7 @@ class Session:
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
     _pending: tuple[str, Interpretation] | None = field(default=None, init=False)
+    _refused: tuple[Adaptation, ...] = field(default=(), init=False)
     _open: str = field(default="", init=False)
     _behind: bool = field(default=False, init=False)
 
@@ -167,7 +168,7 @@ class Session:
             self._go(found.goto)
             return found.result
         if found.result.proposal is not None:
-            self._pending = instruction, found
+            self._pending, self._refused = (instruction, found), ()
         if found.kind is None or not found.result.usable:
             return found.result
         return self._turn(instruction, found.on, found.result, found.kind)
@@ -215,13 +216,29 @@ class Session:
         return self._turn(said, found.on, accept(found.result), found.kind or "said")
 
     def dismiss(self, said: str = "no") -> Adaptation:
-        """Forget what the last turn proposed; nothing changes."""
-        self._pending, self._asked = None, ""
+        """Forget what the last turn proposed; nothing changes. After a mere no, another reading waits then, once."""
+        pending, self._pending, self._asked = self._pending, None, ""
+        other = self._otherwise(pending) if said.lower().strip(" .,!") in NOT_THAT else None
+        if other is not None:
+            return other
         note = "Nothing changed."
         return replace(
             self._blank(said), original=self.current, adapted=self.current, code="", explanation=note,
             writer=WriterInfo("feedback", reason="it was the answer to a proposal"),
         )  # fmt: skip
+
+    def _otherwise(self, pending: tuple[str, Interpretation] | None) -> Adaptation | None:
+        """Another reading of an instruction whose first one was refused, which waits for a yes in its place."""
+        if pending is None or self._refused:
+            return None
+        said, found = pending
+        if found.kind != "said" or found.on != "current" or found.result.instruction != said:
+            return None
+        self._refused = (found.result,)
+        other = another(self._refused, isolation=self.isolation)
+        if other is not None:
+            self._pending = said, replace(found, result=other)
+        return other
 
     def _edited(self, instruction: str, change: str) -> Adaptation | None:
         """The proposal done with a change, or None if the sentence is no change of it; no language model is asked."""

@@ -240,6 +240,12 @@ class LearnedReader:
         reading, features = self.explain(heard)
         return replace(reading, confidence=round(self.sure(features), 4))
 
+    def runners_up(self, heard: NetworkReading) -> list[Reading]:
+        """Other readings, the likeliest first: each with one choice made otherwise."""
+        forced = [NetworkReading(heard.seen, output, heard.before) for output in _otherwise(heard)]
+        rated = [(math.prod(choose(one.output, heard.seen).likelihoods), one) for one in forced]
+        return [self.reading(one) for _, one in sorted(rated, key=lambda pair: -pair[0])]
+
     def explain(self, heard: NetworkReading) -> tuple[Reading, Array]:
         """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
         seen, before = heard.seen, heard.before
@@ -273,6 +279,26 @@ class LearnedReader:
             return float(features[0])
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
         return float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
+
+
+POSSIBLE = 0.1
+"""How likely a class has to be to be chosen in place of the likeliest one."""
+
+
+def _otherwise(heard: NetworkReading) -> Iterator[Output]:
+    """The network's output with one class for sure that is among the three likeliest of its head, but not the first."""
+    output = heard.output
+    atoms = choose(output, heard.seen).atoms
+    for q in range(min(len(atoms) + 1, QUERIES)):
+        action = atoms[q].label("action") if q < len(atoms) else ""
+        heads = ("action", *OF_ACTION.get(action, ()))
+        for head in heads + WITH_PART * ("part" in heads):
+            shares = output.heads[head]
+            for i in np.argsort(-shares[q])[1:3]:
+                if shares[q, i] >= POSSIBLE:
+                    sure = shares.copy()
+                    sure[q] = np.where(np.arange(sure.shape[1]) == i, shares[q], 0.0)
+                    yield replace(output, heads={**output.heads, head: sure})
 
 
 def _features(output: Output, choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:

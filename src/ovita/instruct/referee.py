@@ -145,6 +145,35 @@ def understand(
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
 
 
+def otherwise(
+    text: str, scene: Scene, trajectory: Trajectory, refused: Sequence[Sequence[F.SemanticFrame]]
+) -> Understanding:
+    """The next likeliest reading of an instruction of which some were refused, to be agreed to; or a refusal.
+
+    It comes from the other reader, or from the network with one choice made otherwise; nothing speaks against it.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        trajectory: The path that it is about.
+        refused: The frames of the readings that were not meant.
+    """
+    positions = trajectory.positions
+    text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
+    said, _ = chunks(text, scene, positions)
+    readings: list[tuple[By, F.Reading]] = [("rules", by_rules(text, scene, (), positions))]
+    if (reader := learned_reader()) is not None:
+        heard = reader.hear(text, scene, positions)
+        readings += [("learned", one) for one in (reader.reading(heard), *reader.runners_up(heard))]
+    for by, one in readings:
+        found = in_units(one, said, positions)
+        frames = spread(found.frames, said)
+        open_ = _reads(found) and not (by == "rules" and found.unread)
+        if open_ and not contradictions(said, frames) and not any(F.same(frames, old) for old in refused):
+            return Understanding("needs_confirmation", replace(found, frames=frames), by, found.unread)
+    return Understanding("decline", F.Reading(), "rules")
+
+
 def _understood(
     text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame], *, quick: bool
 ) -> Understanding:

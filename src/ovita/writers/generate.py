@@ -191,9 +191,13 @@ class BuiltinWriter:
 
     The referee (`instruct.referee`) decides over what the rules and the learned reader make of an instruction: done at
     once, shown for a yes, asked back, or declined.
+
+    Args:
+        refused: The frames of readings that a person did not mean; then another one is shown for a yes.
     """
 
     name: str = "builtin"
+    refused: tuple[tuple[SemanticFrame, ...], ...] = ()
 
     def write(self, prompt: Prompt) -> Reply:
         """Answer with a policy, a question, or the words that could not be placed.
@@ -207,14 +211,17 @@ class BuiltinWriter:
         question = ambiguous(request.instruction)
         if question:
             return Reply("question", question=question, writer=WriterInfo("builtin"))
-        return _decided(request, effort)
+        return _decided(request, effort, self.refused)
 
 
-def _decided(request: Request, effort: int) -> Reply:
+def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, ...], ...]) -> Reply:
     """What the referee's verdict on the instruction comes to."""
-    from ovita.instruct.referee import understand
+    from ovita.instruct.referee import otherwise, understand
 
-    verdict = understand(request.instruction, request.scene, request.trajectory, quick=True)
+    if refused:
+        verdict = otherwise(request.instruction, request.scene, request.trajectory, refused)
+    else:
+        verdict = understand(request.instruction, request.scene, request.trajectory, quick=True)
     if request.selection:
         marked = replace(verdict.reading, frames=with_selection(verdict.reading.frames, request.selection))
         verdict = replace(verdict, reading=marked)
