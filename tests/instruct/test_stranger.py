@@ -319,5 +319,11 @@ def test_clear_by_a_distance_is_a_distance_to_keep():
     assert show(understood("stay clear of the lamp by 50 cm", HALL).frames) == "clearance lamp at_least=50cm"
 
 
-def test_a_stop_that_is_denied_is_never_done_at_once():
-    assert said("don't stop at the bin", YARD).status != "done"
+@pytest.mark.parametrize(
+    "sentence",
+    ["don't stop at the bin", "at the bin please not pause, and faster at the hedge", "past the bin without lingering"],
+)
+def test_a_stop_that_is_denied_is_never_done(sentence):
+    result = said(sentence, YARD)
+    plan = (result.proposal or result).plan
+    assert result.status != "done" and not any(word in " ".join(plan).lower() for word in ("wait", "stop", "hover"))
