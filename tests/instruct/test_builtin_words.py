@@ -242,7 +242,8 @@ def test_what_is_to_stay_stays():
     rollout = run(parse_policy(answer.code), TRAJECTORY, SCENE)
     moved = rollout.trajectory.positions - ROWS[:, :3]
     assert np.allclose(moved[[0, -1]], 0) and moved[20, 2] > 0.1
-    assert reply("leave the path unchanged").kind == "question"
+    unchanged = reply("leave the path unchanged")
+    assert unchanged.kind == "policy" and unchanged.holds == unchanged.plan == ("Leave the path as it is.",)
 
 
 def test_a_cap_lowers_only_what_is_above_it():

@@ -17,7 +17,8 @@ from ovita import text as words_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.fillers import held_along
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, StopAt
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame
+from ovita.instruct.lacking import completed, without_amounts
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
@@ -255,10 +256,11 @@ class LearnedReader:
         misread = False
         if not outcome:
             try:
-                items = items_of(choice.atoms, before or ())
+                items = items_of(without_amounts(choice.atoms, seen), before or ())
             except Unfit as error:
                 misread, outcome = True, {"question": f"{error}?"}
-        choice, items = _short_of(choice, items, seen)
+        items, used = completed(items, choice.used, seen)
+        choice = replace(choice, used=used)
         left = unused(seen, choice)
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
@@ -325,20 +327,6 @@ def _aimed(items: Iterable[Any], seen: Sketch) -> tuple[Any, ...]:
     named = [(m.items, m.words) for m in seen.mentions if m.items and m.words is not None]
     spoken = [(piece.text.lower(), piece.words) for piece in seen.pieces if piece.words is not None]
     return tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
-
-
-def _short_of(choice: Choice, items: tuple[Any, ...], seen: Sketch) -> tuple[Choice, tuple[Any, ...]]:
-    """A stop at an object with the distance that is said to be left to it, at which no pointer of a stop points."""
-    lengths = [i for i, m in enumerate(seen.mentions) if m.unit == "m" and m.words and i not in choice.used]
-    stops = [item for item in items if isinstance(item, StopAt) and item.named and item.by is None]
-    if len(lengths) != 1 or len(stops) != 1 or SHORT_OF.isdisjoint(piece.text.lower() for piece in seen.pieces):
-        return choice, items
-    by = quantity_of(seen.mentions[lengths[0]])
-    told = tuple(replace(item, by=by) if item is stops[0] else item for item in items)
-    return replace(choice, used=choice.used | {lengths[0]}), told
-
-
-SHORT_OF = frozenset(("short", "before", "shy"))
 
 
 def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
@@ -419,7 +407,7 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
         others.add(mention)
         found = seen.mentions[mention]
         if pointer in AMOUNTS:
-            amounts[pointer] = quantity_of(found)
+            amounts[pointer] = found.quantity
         else:
             objects[pointer] = found.items
     named, places = (
@@ -499,11 +487,6 @@ def _pointed(output: Output, pointer: str, q: int, needed: bool, others: Collect
     open_ = [i for i, mention in enumerate(mentions) if mention not in others and (i or not needed)] or [0]
     best = max(open_, key=lambda i: float(shares[i]))
     return mentions[best], float(shares[best])
-
-
-def quantity_of(mention: Referent) -> Quantity:
-    """The quantity that a mention says."""
-    return Quantity(mention.value, mention.unit)
 
 
 LEFT_WORDS = {

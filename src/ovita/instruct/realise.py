@@ -94,8 +94,6 @@ def realise(
     keeps = [frame for frame in frames if isinstance(frame, F.Keep)]
     for question in conflicts(frames, scene.frame):
         builder.ask(question)
-    if 0 < len(keeps) == len(frames):
-        builder.ask("All of that is to stay as it is: what should change?")
     for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1], builder)):
         builder.frame = number
         STEPS[type(frame)](builder, _sparing(frame, keeps))
@@ -106,6 +104,9 @@ def realise(
         _restore(builder, keeps)
     if len(frames) > 1:
         _leave_to_later(builder)
+    if 0 < len(keeps) == len(frames):
+        builder.add("", "" if builder.plan else "Leave the path as it is.", "expect_same_speed()")
+        builder.held = builder.plan[: len(frames)]
     if 0 < len(frames) == len(builder.held):
         builder.add("", "", "expect_same_path()")
     return builder

@@ -277,6 +277,7 @@ def judged(
         learned: What the learned reader made of it; None where there is none.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
+    rules = _lasting(rules, learned)
     if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
     found = both_readings(said, rules, learned, weighed)
@@ -292,6 +293,18 @@ def judged(
     at_once = sure and not (found.besides or _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN))
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure or confidence >= SHOW else "decline"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
+
+
+def _lasting(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
+    """The rules' reading with how long a halt lasts where only the network has read that: "a minute"."""
+    theirs = [frame for frame in _frames(learned or F.Reading()) if isinstance(frame, F.Wait | F.Hover)]
+    frames = tuple(
+        next((one for one in theirs if one.duration and replace(one, duration=None, words=frame.words) == frame), frame)
+        if isinstance(frame, F.Wait | F.Hover) and frame.duration is None
+        else frame
+        for frame in rules.frames
+    )
+    return rules if frames == rules.frames else replace(rules, frames=frames)
 
 
 def both_readings(

@@ -10,8 +10,8 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from ovita.instruct.frames import SemanticFrame, Span, unaimed
-from ovita.instruct.lexicon import concept_at, is_filler
+from ovita.instruct.frames import Quantity, SemanticFrame, Span, unaimed
+from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.notation import show
 from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, more_first, unit_at
 from ovita.instruct.objects import WORD, Catalog
@@ -43,6 +43,9 @@ COUNTED = {
 }  # fmt: skip
 """Amounts that are said without a number and a unit."""
 
+WALKING = 1.4
+"""How fast people walk [m/s] (Bohannon 1997, comfortable gait)."""
+
 PLAIN_FRACTIONS = {w + s: round(v, 2) for w, v in FRACTIONS.items() for s in ("", "s")} | {"halves": 0.5}
 ORDINALS = {
     "other": 2.0, "second": 2.0, "third": 3.0, "fourth": 4.0, "fifth": 5.0, "sixth": 6.0, "seventh": 7.0,
@@ -50,7 +53,8 @@ ORDINALS = {
 }  # fmt: skip
 ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
 WHOLE_UNIT = frozenset("last first final full whole another".split())
-DETERMINERS = frozenset("the that this my your our a an".split())
+DETERMINERS = frozenset("the that this these those my your our a an".split())
+NAMING = frozenset("the these those".split())
 WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
 
 PIECE = re.compile(rf"{WORD.pattern}|\S")
@@ -87,6 +91,11 @@ class Referent:
     def is_object(self) -> bool:
         """Whether it is an object, not an amount."""
         return bool(self.items) or self.unclear
+
+    @property
+    def quantity(self) -> Quantity:
+        """The amount as a quantity."""
+        return Quantity(self.value, self.unit)
 
 
 @dataclass(frozen=True)
@@ -207,13 +216,18 @@ def _before(words: Sequence[str], i: int) -> str:
 
 
 def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
-    """The one object that has a word in its name: "the oak" for the oak board."""
+    """The one object that has a word in its name, or begins or ends with it: "the oak" for the oak board."""
     before, forms = _before(words, i), {words[i], words[i].removesuffix("s") if len(words[i]) > 4 else words[i]}
     fitting = [name for name, parts in catalog.words.items() if forms.intersection(parts)]
-    if len(fitting) != 1 or len(words[i]) < 3 or (is_filler(words[i]) and before != "the"):
+    determined = before in DETERMINERS and (words[i],) not in terms()
+    if not fitting and determined and len(words[i]) > 3:
+        fitting = [
+            name for name, (*_, last) in catalog.words.items() if last.startswith(words[i]) or last.endswith(words[i])
+        ]
+    if len(fitting) != 1 or len(words[i]) < 3 or (is_filler(words[i]) and before not in NAMING):
         return None
     is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
-    return Referent(None, (fitting[0],)) if is_head or not concept_at((words[i],), 0)[0] else None
+    return Referent(None, (fitting[0],)) if is_head or determined or not concept_at((words[i],), 0)[0] else None
 
 
 def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
@@ -237,7 +251,9 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
 
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
-    """Every third, halfway, a quarter turn, twice."""
+    """Every third, halfway, a quarter turn, twice, walking pace."""
+    if words[i] == "walking" and words[i + 1 : i + 2] in (["pace"], ["speed"]):
+        return Referent(None, value=WALKING, unit="m/s", number=WALKING), 2
     if words[i] in ORDINALS and _before(words, i) == "every":
         return _weak(ORDINALS[words[i]], ""), 1
     if words[i] == "half" and "again" in words[i + 1 : i + 4]:
@@ -250,8 +266,9 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
 
 
 def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
-    """The last metre, the first minute."""
-    if _before(words, i) not in WHOLE_UNIT or len(words[i]) < 4:
+    """The last metre, the first minute, "a" minute."""
+    lasting = words[i] == "minute" and _before(words, i) == "a" and not unit_at(words, max(i - 2, 0))[0]  # no rate
+    if not (lasting or _before(words, i) in WHOLE_UNIT) or len(words[i]) < 4:
         return None, 1
     unit, factor, used = unit_at(words, i)
     if unit not in ("m", "s"):

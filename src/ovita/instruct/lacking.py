@@ -1,0 +1,59 @@
+"""What a reading of the network lacks and the sentence says: amounts that need no number, and mentions left over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+from ovita.instruct.frames import Extend, Height, Quantity, StopAt
+from ovita.instruct.sketch import Sketch
+from ovita.instruct.slots import Atom
+
+NONE = Quantity(0.0, "m")
+SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
+"""Words with which a length is left to what a path stops at."""
+
+SHORTER = frozenset("short shorter shy earlier sooner".split())
+"""Words with which a path ends so much before its goal."""
+
+
+def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
+    """Atoms with the amounts that go without a number: not to touch something, or a height that is a thing's."""
+    lengths = any(m.unit in ("m", "") and not m.is_object for m in seen.mentions)
+    return tuple(_with_none(atom) if not lengths and "amount" not in atom.amounts else atom for atom in atoms)
+
+
+def _with_none(atom: Atom) -> Atom:
+    action = atom.label("action")
+    apart = action == "clearance" and atom.label("role") == "at_least"
+    return replace(atom, amounts={**atom.amounts, "amount": NONE}) if apart or action == "height" else atom
+
+
+def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple[tuple[Any, ...], frozenset[int]]:
+    """Items with what nothing points at: the distance left to a stop, whose height is meant, how much shorter.
+
+    Args:
+        items: Frames and edits.
+        used: The mentions that they were read from.
+        seen: The sentence.
+
+    Returns:
+        The items, and the mentions that they were read from then.
+    """
+    words = {word for piece in seen.pieces for word in piece.text.lower().split()}
+    open_ = [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
+    denied = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "not"}
+    lengths = [i for i in open_ if seen.mentions[i].unit == "m" and i not in denied]
+    things = [i for i in open_ if len(seen.mentions[i].items) == 1]
+    found = list(items)
+    for k, item in enumerate(found):
+        match item:
+            case StopAt(by=None) if item.named and len(lengths) == 1 and not SHORT_OF.isdisjoint(words):
+                found[k], used = replace(item, by=seen.mentions[lengths[0]].quantity), used | {lengths[0]}
+            case Height(of="", level=level) if level.value == 0.0 and len(things) == 1:
+                found[k], used = replace(item, of=seen.mentions[things[0]].items[0]), used | {things[0]}
+            case Extend(place="", by=Quantity() as by) if by.value > 0 and not SHORTER.isdisjoint(words):
+                found[k] = replace(item, by=replace(by, value=-by.value, said=""))
+    return tuple(found), used

@@ -1,0 +1,109 @@
+"""What a sentence says and no pointer of the network says: things by a part of a name, amounts without a number."""
+
+import numpy as np
+import pytest
+
+from ovita.chain import adapt
+from ovita.instruct.lacking import completed, without_amounts
+from ovita.instruct.notation import parse, show
+from ovita.instruct.sketch import sketch
+from ovita.instruct.slots import Atom
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+
+PATH = Trajectory(np.column_stack([np.linspace(-1, 1, 41), np.zeros(41), np.full(41, 0.3)]), np.full(41, 0.4))
+
+
+def scene_of(*names):
+    return Scene(tuple(SceneObject(name, [k * 0.4 - 0.4, 0.3, 0.1], [0.1, 0.1, 0.2]) for k, name in enumerate(names)))
+
+
+SCENE = scene_of("tile stack", "workbench", "spray cans")
+
+
+def named(text, scene=SCENE):
+    return [name for mention in sketch(text, scene).mentions for name in mention.items]
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("over the tiles", ["tile stack"]),
+        ("along the bench", ["workbench"]),
+        ("those cans", ["spray cans"]),
+        ("on the line", []),
+        ("over the top", []),
+        ("the work is done", []),
+    ],
+)
+def test_a_part_of_a_name_names_the_one_thing_that_has_it(text, names):
+    assert named(text) == names
+
+
+def test_a_part_that_two_names_have_names_neither():
+    assert named("past the house", scene_of("greenhouse", "warehouse")) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "amounts"),
+    [
+        ("hold a minute at the bench", [(60.0, "s")]),
+        ("at walking pace", [(1.4, "m/s")]),
+        ("0.25 m a minute", [(0.25, "m")]),
+        ("a metre", [(1.0, "m")]),
+    ],
+)
+def test_amounts_without_a_number(text, amounts):
+    assert [(m.value, m.unit) for m in sketch(text, SCENE).mentions if not m.is_object] == amounts
+
+
+def test_what_is_not_to_be_touched_and_what_is_as_high_as_a_thing_need_no_number():
+    seen = sketch("don't bump the bench", SCENE)
+    apart = Atom({"action": "clearance", "role": "at_least"}, objects=("workbench",))
+    high, near = Atom({"action": "height", "role": "at_most"}), Atom({"action": "closer"}, objects=("workbench",))
+    amounts = [atom.amounts.get("amount") for atom in without_amounts((apart, high, near), seen)]
+    assert [q and (q.value, q.unit) for q in amounts] == [(0.0, "m"), (0.0, "m"), None]
+    told = sketch("30 cm from the bench", SCENE)
+    assert "amount" not in without_amounts((apart,), told)[0].amounts, "a length is said"
+
+
+@pytest.mark.parametrize(
+    ("text", "read", "meant"),
+    [
+        ("stop 20 cm short of the bench", "stop at=workbench", "stop at=workbench by=0.2m"),
+        ("stop at the bench, not 20 cm off it", "stop at=workbench", "stop at=workbench"),
+        ("no higher than the bench", "height at_most=0m", "height at_most=0m of=workbench"),
+        ("no higher than the bench or the tiles", "height at_most=0m", "height at_most=0m"),
+        ("end 5 cm shorter", "extend by=5cm", "extend by=-0.05m"),
+        ("go 5 cm on", "extend by=5cm", "extend by=5cm"),
+    ],
+)
+def test_a_reading_takes_what_is_left_over(text, read, meant):
+    seen = sketch(text, SCENE)
+    things = [k for k, mention in enumerate(seen.mentions) if mention.is_object]
+    used = frozenset(things if read.startswith("stop") else ())
+    assert show(completed(parse(read, SCENE.names), used, seen)[0]) == meant
+
+
+def said(text):
+    return adapt(Request(text, PATH, SCENE), writer="builtin")
+
+
+@pytest.mark.parametrize("text", ["leave the path as it is", "the bit near the bench is lovely, don't touch it"])
+def test_what_is_to_stay_stays_and_that_is_done(text):
+    result = said(text)
+    shown = result.proposal or result
+    assert shown.status == "done" and np.array_equal(shown.adapted.positions, PATH.positions)
+    assert any(warning.startswith("Nothing had to change") for warning in shown.warnings)
+
+
+def test_stop_it_at_a_place_is_no_denial():
+    result = said("stop it at the workbench for ten seconds, then carry on")
+    assert result.status == "done" and "Wait 10 s" in result.plan[0]
+
+
+def test_how_long_a_halt_lasts_may_be_what_only_the_network_reads():
+    result = said("hang about over the workbench, a minute or so")
+    plan = " ".join((result.proposal or result).plan)
+    assert "60 s" in plan
