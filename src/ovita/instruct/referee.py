@@ -181,7 +181,8 @@ def _understood(
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
     rules = in_units(rules, said, positions)
-    if quick and _plain(said) and len(rules.frames) == 1 and _whole(said, rules):
+    alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
+    if quick and alone and _plain(said) and _whole(said, rules):
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()

@@ -449,7 +449,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep height", "never height"), {}, _stays("height"), (), "keep whole height never path", 0.1),
     Row(F.Keep, ("keep rest", "keep whole keep"), {}, _stays("rest"), (), "keep whole rest never path", 0.1, takes_part=False),
     Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, takes_part=False),
-    Row(F.Keep, ("keep !within_of !over|under",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
+    Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, takes_part=False),
     Row(F.StopAt, ("short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short")}, {}, (), "short stop end there", -0.1, takes_part=False),
