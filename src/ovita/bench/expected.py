@@ -240,7 +240,7 @@ def _clearance(case: _Asked, frame: F.Clearance) -> Check:
 
 def _visit(case: _Asked, frame: F.Visit) -> Check:
     if frame.relation == "between":
-        return P.passes_between(*frame.objects[:2])
+        return P.passes_between(*frame.objects[:2], level=any(map(F.tells_height, case.frames)))
     if frame.relation == "at":
         return _each(frame.objects, P.passes_through)
     word, q = ("up" if frame.relation == "over" else "down"), frame.by

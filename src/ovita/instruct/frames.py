@@ -450,6 +450,12 @@ AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)
 """Frames that may aim at an object's top or surface, or beside it."""
 
 
+def tells_height(frame: SemanticFrame) -> bool:
+    """Whether a frame says how high the path is to be."""
+    risen = isinstance(frame, Shift) and any(direction in ("up", "down") for direction, _ in frame.offset)
+    return risen or isinstance(frame, Height | OneHeight)
+
+
 def unaimed(frame: SemanticFrame) -> SemanticFrame:
     """A frame about its objects as a whole."""
     return replace(frame, aim="") if isinstance(frame, AIMED) else frame

@@ -159,7 +159,8 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
     if frame.relation == "between":
         a, b = (*items, *items)[:2]
         code = f"midpoint({builder.ref(a)}, {builder.ref(b)})"
-        _through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.")
+        level = ", aim='level'" if any(map(F.tells_height, builder.frames)) else ""
+        _through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.", level)
         return
     for item in items:
         if frame.aim == "beside":
@@ -191,11 +192,18 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     usual = usual_gap(builder) if frame.degree == "slight" else usual  # close to it, lower than the path is
     gap = builder.length(q, max(usual, builder.room(item)), f"the {meaning}")
     gap = max(gap, now) if q is not None and q.role == "at_least" else gap
+    gap = max([gap, *_kept_clear(builder, item)]) if q is None else gap
     ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
     name = builder.knob(knob, gap, role, meaning, "by", about=item.name, direction=side)
     plan = f"Bend the path {frame.relation} {item.name}, {gap:g} m {word} its {end}."
     promise = f"expect_side({word!r}, {name}, of={ref}, within={builder.tolerance / 2})"
     _through(builder, ref, plan, f", {side}={_beyond(name, half)}", promise)
+
+
+def _kept_clear(builder: PolicyBuilder, item: SceneObject) -> list[float]:
+    """The least distances to an object that are asked for [m]."""
+    asked = [frame for frame in builder.frames if isinstance(frame, F.Clearance) and item.name in frame.objects]
+    return [frame.distance.value for frame in asked if frame.distance.role == "at_least"]
 
 
 def _passing(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:

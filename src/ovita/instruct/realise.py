@@ -121,6 +121,8 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
             return len(ORDER)
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
+        case F.MoveEnd(relation="to") if builder.has(F.Side, F.Visit) and not builder.has(F.Approach, F.Clearance):
+            return RANK["side"]  # what is passed on the way leaves the ends alone
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
             return RANK["bound"]
     change = frame.change if isinstance(frame, F.Pace) else ""

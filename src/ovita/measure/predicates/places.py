@@ -130,11 +130,17 @@ def passes_through(pair: Pair, place: Any, *, within: float | None = None) -> Ch
 
 
 @predicate
-def passes_between(pair: Pair, a: Any, b: Any) -> CheckResult:
-    """The path crosses the line between two places in its middle three fifths, or passes it by less than 15 % of it."""
+def passes_between(pair: Pair, a: Any, b: Any, level: bool = False) -> CheckResult:
+    """The path crosses the line between two places in its middle three fifths, or passes it by less than 15 % of it.
+
+    Where it is `level`, heights do not count, unless one place is above the other.
+    """
     (p, first), (q, second) = pair.place(a), pair.place(b)
+    fine, up = pair.fine, pair.scene.frame.direction("up")
+    flat = np.eye(3) - np.outer(up, up)
+    if level and np.linalg.norm(flat @ (q - p)) > np.linalg.norm(q - p) / 2.0:
+        p, q, fine = flat @ p, flat @ q, fine @ flat
     gap = float(np.linalg.norm(q - p))
-    fine = pair.fine
     share = (fine - p) @ (q - p) / max(gap**2, 1e-12)
     off = np.linalg.norm(fine - p - share[:, None] * (q - p), axis=1)
     off = np.where((share >= 0.2) & (share <= 0.8), off, np.inf)
