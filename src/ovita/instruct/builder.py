@@ -76,6 +76,7 @@ class PolicyBuilder:
     question: str = ""
     frame: int = 0
     distances: list[tuple[SceneObject, float, str]] = field(default_factory=list)
+    passed: list[tuple[Array, str]] = field(default_factory=list)
     goal_moved: bool = False
     _taken: set[str] = field(default_factory=lambda: {*CATALOGUE, *RESERVED, *keyword.kwlist})
     _rows: tuple[int, Array] | None = None

@@ -453,7 +453,8 @@ AIMED = (MoveEnd, Visit, StopAt, Wait, Extend)
 def tells_height(frame: SemanticFrame) -> bool:
     """Whether a frame says how high the path is to be."""
     risen = isinstance(frame, Shift) and any(direction in ("up", "down") for direction, _ in frame.offset)
-    return risen or isinstance(frame, Height | OneHeight)
+    kept = isinstance(frame, Keep) and frame.what == "height"
+    return risen or kept or isinstance(frame, Height | OneHeight)
 
 
 def unaimed(frame: SemanticFrame) -> SemanticFrame:

@@ -179,7 +179,10 @@ def _through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", pro
     # A narrower bend where there are several, so that they do not disturb each other.
     width = ", width=0.15" if sum(isinstance(f, F.Side | F.Visit) for f in builder.frames) > 1 else ""
     promise = promise or f"expect_visits({code}, within={builder.tolerance}{offset})"
-    builder.add(f"traj = go_through(traj, {code}{offset}{width})", plan, promise)
+    call, before = f"traj = go_through(traj, {code}{offset}{width})", builder.positions
+    builder.add(call, plan, promise)
+    bent = builder.positions
+    builder.passed.append((bent[np.linalg.norm(bent - before, axis=1).argmax()], call))
 
 
 def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:

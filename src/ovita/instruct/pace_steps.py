@@ -64,7 +64,10 @@ def _last(s: _Speed) -> None:
     q, rows = s.q or F.Quantity(0.0), s.builder.rows()
     part = s.mask if len(rows) == len(s.mask) else np.ones(len(rows), dtype=bool)
     now, cap = travel_time(rows, part), s.frame.change == "cap"
-    change = {"faster": now - q.value, "slower": now + q.value}.get(s.frame.change, q.value)
+    halts = s.builder.has(F.Wait, F.Hover)
+    first = s.builder.trajectory.to_array()
+    was = now if s.frame.part or halts else travel_time(first, np.ones(len(first), dtype=bool))
+    change = {"faster": was - q.value, "slower": was + q.value}.get(s.frame.change, q.value)
     lasts = short(change if q.role == "by" else q.value)
     if lasts <= 0 or now == 0 or s.frame.change == "floor":
         s.builder.ask(f"It takes {now:.3g} s now: how long should it take?")

@@ -17,6 +17,7 @@ from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS
 from ovita.instruct.path_steps import PATH_STEPS
+from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import OPPOSITE, Frame, Scene
@@ -121,6 +122,10 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
             return len(ORDER)
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
+        case F.Straighten(part=part) if {*part.places} & {
+            n for f in builder.frames if isinstance(f, F.Visit) for n in f.named
+        }:
+            return RANK["avoid"]  # from where it is once the path leads through there
         case F.MoveEnd(relation="to") if builder.has(F.Side, F.Visit) and not builder.has(F.Approach, F.Clearance):
             return RANK["side"]  # what is passed on the way leaves the ends alone
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
@@ -151,11 +156,19 @@ def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
 
 
 def _settle(builder: PolicyBuilder) -> None:
-    """Keep every distance again where keeping another one has spoilt it."""
-    for _ in range(3 if len(builder.distances) > 1 else 0):
+    """Keep every distance and pass every place again where a later step has spoilt it."""
+    passed = () if builder.has(*CUTTING) else builder.passed
+    for _ in range(3 if len(builder.distances) + len(passed) > 1 or (passed and builder.has(F.MoveEnd)) else 0):
+        for place, code in passed:
+            if closest_to_point(builder.positions, place)[0] > builder.tolerance:
+                builder.add(code)
         for item, metres, code in builder.distances:
             if surface_distance(item, builder.positions) < 0.99 * metres:
                 builder.add(code)
+
+
+CUTTING = (F.Trim, F.StopAt, F.Return, F.Figure, F.Hop, F.Hover, F.Height, F.Bound)
+"""Frames after which a place may rightly be passed no more, or which another bend would undo."""
 
 
 def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
