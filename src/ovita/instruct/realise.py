@@ -126,7 +126,9 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
             n for f in builder.frames if isinstance(f, F.Visit) for n in f.named
         }:
             return RANK["avoid"]  # from where it is once the path leads through there
-        case F.MoveEnd(relation="to") if builder.has(F.Side, F.Visit) and not builder.has(F.Approach, F.Clearance):
+        case F.MoveEnd(relation="to", aim="") if builder.has(F.Side, F.Visit) and not builder.has(
+            F.Approach, F.Clearance
+        ):
             return RANK["side"]  # what is passed on the way leaves the ends alone
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
             return RANK["bound"]
