@@ -17,6 +17,7 @@ from ovita.errors import FormatError, RequestError
 from ovita.gate import review
 from ovita.instruct.notation import parse
 from ovita.io import load_task
+from ovita.paths.part import PathPart
 from ovita.paths.robot import Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -327,6 +328,12 @@ def test_after_a_no_another_reading_waits(misread):
 def test_another_reading_is_shown_only_once(misread):
     misread.say("no")
     assert misread.say("no").message == "Nothing changed." and misread.pending is None
+
+
+def test_what_a_marked_part_is_about_has_no_other_reading():
+    talk = Session(PATH, SCENE, writer=Wrong())
+    talk.say("slower here", selection=PathPart("first", amount=0.5, unit="share"))
+    assert talk.say("no").message == "Nothing changed."
 
 
 @pytest.mark.parametrize("said", ["never mind", "cancel", "no thanks"])

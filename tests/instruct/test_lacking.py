@@ -7,7 +7,7 @@ from ovita.chain import adapt
 from ovita.instruct.lacking import completed, without_amounts
 from ovita.instruct.notation import parse, show
 from ovita.instruct.sketch import sketch
-from ovita.instruct.slots import Atom
+from ovita.instruct.slots import Atom, Unfit
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -74,7 +74,6 @@ def test_what_is_not_to_be_touched_and_what_is_as_high_as_a_thing_need_no_number
         ("stop 20 cm short of the bench", "stop at=workbench", "stop at=workbench by=0.2m"),
         ("stop at the bench, not 20 cm off it", "stop at=workbench", "stop at=workbench"),
         ("no higher than the bench", "height at_most=0m", "height at_most=0m of=workbench"),
-        ("no higher than the bench or the tiles", "height at_most=0m", "height at_most=0m"),
         ("end 5 cm shorter", "extend by=5cm", "extend by=-0.05m"),
         ("go 5 cm on", "extend by=5cm", "extend by=5cm"),
     ],
@@ -84,6 +83,17 @@ def test_a_reading_takes_what_is_left_over(text, read, meant):
     things = [k for k, mention in enumerate(seen.mentions) if mention.is_object]
     used = frozenset(things if read.startswith("stop") else ())
     assert show(completed(parse(read, SCENE.names), used, seen)[0]) == meant
+
+
+def test_a_height_that_is_neither_said_nor_that_of_one_thing_is_none():
+    for text in ("no higher than the bench or the tiles", "keep it lower"):
+        with pytest.raises(Unfit):
+            completed(parse("height at_most=0m"), frozenset(), sketch(text, SCENE))
+    assert completed(parse("height to=0m"), frozenset(), sketch("go down to 0 m", SCENE))[0] == parse("height to=0m")
+
+
+def test_things_without_a_name_in_letters_do_no_harm():
+    assert named("over the bench", scene_of("42", "workbench")) == ["workbench"]
 
 
 def said(text):

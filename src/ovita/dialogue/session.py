@@ -168,7 +168,8 @@ class Session:
             self._go(found.goto)
             return found.result
         if found.result.proposal is not None:
-            self._pending, self._refused = (instruction, found), ()
+            self._pending = instruction, found
+            self._refused = (found.result,) if selection else ()  # another reading would not know what is marked
         if found.kind is None or not found.result.usable:
             return found.result
         return self._turn(instruction, found.on, found.result, found.kind)

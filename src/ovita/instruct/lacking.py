@@ -9,7 +9,7 @@ from typing import Any
 
 from ovita.instruct.frames import Extend, Height, Quantity, StopAt
 from ovita.instruct.sketch import Sketch
-from ovita.instruct.slots import Atom
+from ovita.instruct.slots import Atom, Unfit
 
 NONE = Quantity(0.0, "m")
 SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
@@ -21,8 +21,12 @@ SHORTER = frozenset("short shorter shy earlier sooner".split())
 
 def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
     """Atoms with the amounts that go without a number: not to touch something, or a height that is a thing's."""
-    lengths = any(m.unit in ("m", "") and not m.is_object for m in seen.mentions)
-    return tuple(_with_none(atom) if not lengths and "amount" not in atom.amounts else atom for atom in atoms)
+    said = _lengths_said(seen)
+    return tuple(_with_none(atom) if not said and "amount" not in atom.amounts else atom for atom in atoms)
+
+
+def _lengths_said(seen: Sketch) -> bool:
+    return any(m.unit in ("m", "") and not m.is_object for m in seen.mentions)
 
 
 def _with_none(atom: Atom) -> Atom:
@@ -41,6 +45,9 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
 
     Returns:
         The items, and the mentions that they were read from then.
+
+    Raises:
+        Unfit: If a height is neither said nor that of one thing.
     """
     words = {word for piece in seen.pieces for word in piece.text.lower().split()}
     open_ = [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
@@ -52,7 +59,9 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
         match item:
             case StopAt(by=None) if item.named and len(lengths) == 1 and not SHORT_OF.isdisjoint(words):
                 found[k], used = replace(item, by=seen.mentions[lengths[0]].quantity), used | {lengths[0]}
-            case Height(of="", level=level) if level.value == 0.0 and len(things) == 1:
+            case Height(of="", level=level) if level.value == 0.0 and not _lengths_said(seen):
+                if len(things) != 1:
+                    raise Unfit("height without level")
                 found[k], used = replace(item, of=seen.mentions[things[0]].items[0]), used | {things[0]}
             case Extend(place="", by=Quantity() as by) if by.value > 0 and not SHORTER.isdisjoint(words):
                 found[k] = replace(item, by=replace(by, value=-by.value, said=""))

@@ -256,11 +256,11 @@ class LearnedReader:
         misread = False
         if not outcome:
             try:
-                items = items_of(without_amounts(choice.atoms, seen), before or ())
+                read = items_of(without_amounts(choice.atoms, seen), before or ())
+                items, used = completed(read, choice.used, seen)
+                choice = replace(choice, used=used)
             except Unfit as error:
                 misread, outcome = True, {"question": f"{error}?"}
-        items, used = completed(items, choice.used, seen)
-        choice = replace(choice, used=used)
         left = unused(seen, choice)
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:

@@ -221,9 +221,8 @@ def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | 
     fitting = [name for name, parts in catalog.words.items() if forms.intersection(parts)]
     determined = before in DETERMINERS and (words[i],) not in terms()
     if not fitting and determined and len(words[i]) > 3:
-        fitting = [
-            name for name, (*_, last) in catalog.words.items() if last.startswith(words[i]) or last.endswith(words[i])
-        ]
+        last = {name: parts[-1] for name, parts in catalog.words.items() if parts}
+        fitting = [name for name, word in last.items() if word.startswith(words[i]) or word.endswith(words[i])]
     if len(fitting) != 1 or len(words[i]) < 3 or (is_filler(words[i]) and before not in NAMING):
         return None
     is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS

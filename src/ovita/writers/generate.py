@@ -232,8 +232,8 @@ def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, 
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
-        refused = verdict.reading.improper if verdict.by == "learned" else ""
-        return _declined(verdict.unused or (request.instruction,), refused)
+        why = verdict.reading.improper if verdict.by == "learned" else ""
+        return _declined(verdict.unused or (request.instruction,), why)
     if reply.kind != "policy":
         return reply
     if verdict.outcome == "do":
