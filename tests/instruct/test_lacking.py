@@ -35,6 +35,7 @@ def named(text, scene=SCENE):
         ("on the line", []),
         ("over the top", []),
         ("the work is done", []),
+        ("don't change a thing", []),
     ],
 )
 def test_a_part_of_a_name_names_the_one_thing_that_has_it(text, names):

@@ -325,3 +325,16 @@ def test_a_place_between_two_objects_is_a_place_like_any_other():
     kept = (F.Keep(what="part", part=apart), F.Pace(change="rampup"), F.Pace(change="rampdown"))
     made = settled(contrasted(kept))
     assert [frame.part.kind for frame in made] == ["before", "first", "last"]
+
+
+def test_what_is_refused_is_read_otherwise_and_never_as_what_is_denied():
+    path = Trajectory.from_array([[0.1 * k, 0.0, 0.0, 0.2] for k in range(12)])
+    text = "past the cup without lingering, and slower near the box"
+    refused = [understand(text, SCENE, path).reading.frames]
+    for _ in range(4):
+        found = referee.otherwise(text, SCENE, path, refused)
+        if found.outcome == "decline":
+            break
+        assert found.outcome == "needs_confirmation" and found.reading.frames not in refused
+        assert not any(isinstance(frame, F.Wait | F.StopAt | F.Hover) for frame in found.reading.frames)
+        refused.append(found.reading.frames)

@@ -169,7 +169,8 @@ def otherwise(
         found = in_units(one, said, positions)
         frames = spread(found.frames, said)
         open_ = _reads(found) and not (by == "rules" and found.unread)
-        if open_ and not contradictions(said, frames) and not any(F.same(frames, old) for old in refused):
+        against = contradictions(said, frames) or contradictions(said, frames, REFUSED)
+        if open_ and not against and not any(F.same(frames, old) for old in refused):
             return Understanding("needs_confirmation", replace(found, frames=frames), by, found.unread)
     return Understanding("decline", F.Reading(), "rules")
 

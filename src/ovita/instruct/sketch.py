@@ -200,7 +200,8 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 def _mention_at(
     words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
-    if not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i])):
+    nothing = "a thing" in (" ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}")
+    if nothing or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i])):
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
