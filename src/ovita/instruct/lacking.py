@@ -49,20 +49,45 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     Raises:
         Unfit: If a height is neither said nor that of one thing.
     """
-    words = {word for piece in seen.pieces for word in piece.text.lower().split()}
-    open_ = [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
-    denied = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "not"}
-    lengths = [i for i in open_ if seen.mentions[i].unit == "m" and i not in denied]
-    things = [i for i in open_ if len(seen.mentions[i].items) == 1]
-    found = list(items)
-    for k, item in enumerate(found):
-        match item:
-            case StopAt(by=None) if item.named and len(lengths) == 1 and not SHORT_OF.isdisjoint(words):
-                found[k], used = replace(item, by=seen.mentions[lengths[0]].quantity), used | {lengths[0]}
-            case Height(of="", level=level) if level.value == 0.0 and not _lengths_said(seen):
-                if len(things) != 1:
-                    raise Unfit("height without level")
-                found[k], used = replace(item, of=seen.mentions[things[0]].items[0]), used | {things[0]}
-            case Extend(place="", by=Quantity() as by) if by.value > 0 and not SHORTER.isdisjoint(words):
-                found[k] = replace(item, by=replace(by, value=-by.value, said=""))
+    words = frozenset(word for piece in seen.pieces for word in piece.text.lower().split())
+    found: list[Any] = []
+    for item in items:
+        told, mention = _completed(item, words, _left(used, seen), seen)
+        used |= {mention} - {NOWHERE}
+        found.append(told)
     return tuple(found), used
+
+
+NOWHERE = -1
+
+
+def _left(used: frozenset[int], seen: Sketch) -> list[int]:
+    """The mentions that nothing was read from."""
+    return [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
+
+
+def _completed(item: Any, words: frozenset[str], left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
+    """An item with what it lacks, and the mention that this was read from."""
+    match item:
+        case StopAt(by=None) if item.named and not SHORT_OF.isdisjoint(words):
+            return _stopped_short(item, left, seen)
+        case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
+            return _as_high_as(item, left, seen)
+        case Extend(place="", by=Quantity() as by) if by.value > 0 and not SHORTER.isdisjoint(words):
+            return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
+    return item, NOWHERE
+
+
+def _stopped_short(stop: StopAt, left: Sequence[int], seen: Sketch) -> tuple[StopAt, int]:
+    """A stop at the one length that is left from its place, unless that is denied."""
+    denied = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "not"}
+    lengths = [i for i in left if seen.mentions[i].unit == "m" and i not in denied]
+    return (replace(stop, by=seen.mentions[lengths[0]].quantity), lengths[0]) if len(lengths) == 1 else (stop, NOWHERE)
+
+
+def _as_high_as(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Height, int]:
+    """The height of the one thing that is left."""
+    things = [i for i in left if len(seen.mentions[i].items) == 1]
+    if len(things) != 1:
+        raise Unfit("height without level")
+    return replace(height, of=seen.mentions[things[0]].items[0]), things[0]

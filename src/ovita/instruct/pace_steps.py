@@ -64,9 +64,7 @@ def _last(s: _Speed) -> None:
     q, rows = s.q or F.Quantity(0.0), s.builder.rows()
     part = s.mask if len(rows) == len(s.mask) else np.ones(len(rows), dtype=bool)
     now, cap = travel_time(rows, part), s.frame.change == "cap"
-    halts = s.builder.has(F.Wait, F.Hover)
-    first = s.builder.trajectory.to_array()
-    was = now if s.frame.part or halts else travel_time(first, np.ones(len(first), dtype=bool))
+    was = _before(s, now)
     change = {"faster": was - q.value, "slower": was + q.value}.get(s.frame.change, q.value)
     lasts = short(change if q.role == "by" else q.value)
     if lasts <= 0 or now == 0 or s.frame.change == "floor":
@@ -75,6 +73,12 @@ def _last(s: _Speed) -> None:
     call, promise = f"set_duration(traj, {name}{s.argument})", f"{'at_most=' if cap else ''}{name}{s.argument}"
     s.add(call if now > lasts or not cap else "traj", f"Take {'at most ' if cap else ''}{lasts:g} s for the way",
           f"expect_duration({promise})", holds=cap and now <= lasts)  # fmt: skip
+
+
+def _before(s: _Speed, now: float) -> float:
+    """How long the way takes before all steps [s]; with halts or of a part, as the steps so far leave it."""
+    rows = s.builder.trajectory.to_array()
+    return now if s.frame.part or s.builder.has(F.Wait, F.Hover) else travel_time(rows, np.ones(len(rows), dtype=bool))
 
 
 def _change(s: _Speed) -> None:

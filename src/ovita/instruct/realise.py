@@ -21,7 +21,7 @@ from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import OPPOSITE, Frame, Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy.policy import TooMuch
 from ovita.toolkit import judge
 
@@ -122,18 +122,24 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
             return len(ORDER)
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
-        case F.Straighten(part=part) if {*part.places} & {
-            n for f in builder.frames if isinstance(f, F.Visit) for n in f.named
-        }:
+        case F.Straighten() if _is_led_through(frame.part, builder):
             return RANK["avoid"]  # from where it is once the path leads through there
-        case F.MoveEnd(relation="to", aim="") if builder.has(F.Side, F.Visit) and not builder.has(
-            F.Approach, F.Clearance
-        ):
+        case F.MoveEnd(relation="to", aim="") if _is_passed_on_the_way(builder):
             return RANK["side"]  # what is passed on the way leaves the ends alone
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
             return RANK["bound"]
     change = frame.change if isinstance(frame, F.Pace) else ""
     return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
+
+
+def _is_led_through(part: PathPart, builder: PolicyBuilder) -> bool:
+    """Whether a part begins or ends where a path is led through."""
+    return any(isinstance(f, F.Visit) and {*f.named} & {*part.places} for f in builder.frames)
+
+
+def _is_passed_on_the_way(builder: PolicyBuilder) -> bool:
+    """Whether objects are only passed, so that nothing but the ends moves the ends."""
+    return builder.has(F.Side, F.Visit) and not builder.has(F.Approach, F.Clearance)
 
 
 def _at_the_end(part: PathPart) -> bool:
@@ -159,14 +165,19 @@ def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
 
 def _settle(builder: PolicyBuilder) -> None:
     """Keep every distance and pass every place again where a later step has spoilt it."""
-    passed = () if builder.has(*CUTTING) else builder.passed
-    for _ in range(3 if len(builder.distances) + len(passed) > 1 or (passed and builder.has(F.MoveEnd)) else 0):
-        for place, code in passed:
-            if closest_to_point(builder.positions, place)[0] > builder.tolerance:
-                builder.add(code)
-        for item, metres, code in builder.distances:
-            if surface_distance(item, builder.positions) < 0.99 * metres:
-                builder.add(code)
+    passed = [] if builder.has(*CUTTING) else builder.passed
+    tasks = len(builder.distances) + len(passed) + (builder.has(F.MoveEnd) if passed else 0)
+    for _ in range(3 if tasks > 1 else 0):
+        _settle_once(builder, passed)
+
+
+def _settle_once(builder: PolicyBuilder, passed: Sequence[tuple[Array, str]]) -> None:
+    for place, code in passed:
+        if closest_to_point(builder.positions, place)[0] > builder.tolerance:
+            builder.add(code)
+    for item, metres, code in builder.distances:
+        if surface_distance(item, builder.positions) < 0.99 * metres:
+            builder.add(code)
 
 
 CUTTING = (F.Trim, F.StopAt, F.Return, F.Figure, F.Hop, F.Hover, F.Height, F.Bound)

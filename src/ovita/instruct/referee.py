@@ -8,7 +8,7 @@ how likely a reading is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Literal
@@ -161,18 +161,28 @@ def otherwise(
     positions = trajectory.positions
     text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
-    readings: list[tuple[By, F.Reading]] = [("rules", by_rules(text, scene, (), positions))]
+    for by, one in _readings(text, scene, positions):
+        found = in_units(one, said, positions)
+        found = replace(found, frames=spread(found.frames, said))
+        if _may_be_meant(said, found) and not any(F.same(found.frames, old) for old in refused):
+            return Understanding("needs_confirmation", found, by, found.unread)
+    return Understanding("decline", F.Reading(), "rules")
+
+
+def _readings(text: str, scene: Scene, positions: Array) -> Iterator[tuple[By, F.Reading]]:
+    """All readings of an instruction: the rules', where they read every word, then the network's, likeliest first."""
+    rules = by_rules(text, scene, (), positions)
+    if not rules.unread:
+        yield "rules", rules
     if (reader := learned_reader()) is not None:
         heard = reader.hear(text, scene, positions)
-        readings += [("learned", one) for one in (reader.reading(heard), *reader.runners_up(heard))]
-    for by, one in readings:
-        found = in_units(one, said, positions)
-        frames = spread(found.frames, said)
-        open_ = _reads(found) and not (by == "rules" and found.unread)
-        against = contradictions(said, frames) or contradictions(said, frames, REFUSED)
-        if open_ and not against and not any(F.same(frames, old) for old in refused):
-            return Understanding("needs_confirmation", replace(found, frames=frames), by, found.unread)
-    return Understanding("decline", F.Reading(), "rules")
+        yield from (("learned", one) for one in (reader.reading(heard), *reader.runners_up(heard)))
+
+
+def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
+    """Whether a reading says what to do, and nothing speaks against it."""
+    against = (checks for checks in (CHECKS, REFUSED) if contradictions(said, reading.frames, checks))
+    return _reads(reading) and not any(against)
 
 
 def _understood(
@@ -300,13 +310,14 @@ def judged(
 def _lasting(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
     """The rules' reading with how long a halt lasts where only the network has read that: "a minute"."""
     theirs = [frame for frame in _frames(learned or F.Reading()) if isinstance(frame, F.Wait | F.Hover)]
-    frames = tuple(
-        next((one for one in theirs if one.duration and replace(one, duration=None, words=frame.words) == frame), frame)
-        if isinstance(frame, F.Wait | F.Hover) and frame.duration is None
-        else frame
-        for frame in rules.frames
-    )
+    frames = tuple(_lasts(frame, theirs) for frame in rules.frames)
     return rules if frames == rules.frames else replace(rules, frames=frames)
+
+
+def _lasts(frame: F.SemanticFrame, theirs: Sequence[F.Wait | F.Hover]) -> F.SemanticFrame:
+    """A halt that is said to last as long as its twin among others, if it has one."""
+    same = (one for one in theirs if one.duration and replace(one, duration=None, words=frame.words) == frame)
+    return next(same, frame)
 
 
 def both_readings(

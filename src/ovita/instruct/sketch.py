@@ -200,8 +200,7 @@ def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
 def _mention_at(
     words: Sequence[str], i: int, catalog: Catalog, earlier: Sequence[Referent]
 ) -> tuple[Referent | None, int]:
-    nothing = "a thing" in (" ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}")
-    if nothing or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i])):
+    if _is_nothing(words, i):
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
@@ -211,6 +210,12 @@ def _mention_at(
     return amount or _partly_named(words, i, catalog), used
 
 
+def _is_nothing(words: Sequence[str], i: int) -> bool:
+    """Whether it is a sign, or a word of "a thing"."""
+    thing = "a thing" in (" ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}")
+    return thing or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i]))
+
+
 def _before(words: Sequence[str], i: int) -> str:
     """The word before word i, or ""."""
     return words[i - 1] if i else ""
@@ -218,16 +223,21 @@ def _before(words: Sequence[str], i: int) -> str:
 
 def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
     """The one object that has a word in its name, or begins or ends with it: "the oak" for the oak board."""
-    before, forms = _before(words, i), {words[i], words[i].removesuffix("s") if len(words[i]) > 4 else words[i]}
+    word, before = words[i], _before(words, i)
+    determined = before in DETERMINERS and (word,) not in terms()
+    forms = {word, word.removesuffix("s") if len(word) > 4 else word}
     fitting = [name for name, parts in catalog.words.items() if forms.intersection(parts)]
-    determined = before in DETERMINERS and (words[i],) not in terms()
-    if not fitting and determined and len(words[i]) > 3:
-        last = {name: parts[-1] for name, parts in catalog.words.items() if parts}
-        fitting = [name for name, word in last.items() if word.startswith(words[i]) or word.endswith(words[i])]
-    if len(fitting) != 1 or len(words[i]) < 3 or (is_filler(words[i]) and before not in NAMING):
+    fitting = fitting or (_compounds(word, catalog) if determined else [])
+    if len(fitting) != 1 or len(word) < 3 or (is_filler(word) and before not in NAMING):
         return None
     is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
-    return Referent(None, (fitting[0],)) if is_head or determined or not concept_at((words[i],), 0)[0] else None
+    return Referent(None, (fitting[0],)) if is_head or determined or not concept_at((word,), 0)[0] else None
+
+
+def _compounds(word: str, catalog: Catalog) -> list[str]:
+    """The objects whose last word begins or ends with another one: the workbench for "the bench"."""
+    last = {name: parts[-1] for name, parts in catalog.words.items() if parts and len(word) > 3}
+    return [name for name, whole in last.items() if whole.startswith(word) or whole.endswith(word)]
 
 
 def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
@@ -267,14 +277,18 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
 
 def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     """The last metre, the first minute, "a" minute."""
-    lasting = words[i] == "minute" and _before(words, i) == "a" and not unit_at(words, max(i - 2, 0))[0]  # no rate
-    if not (lasting or _before(words, i) in WHOLE_UNIT) or len(words[i]) < 4:
+    if not (_is_a_minute(words, i) or _before(words, i) in WHOLE_UNIT) or len(words[i]) < 4:
         return None, 1
     unit, factor, used = unit_at(words, i)
     if unit not in ("m", "s"):
         return None, 1
     more = and_a_half(words, i + used)
     return Referent(None, value=factor * (1.5 if more else 1), unit=unit, number=1.0), used + more
+
+
+def _is_a_minute(words: Sequence[str], i: int) -> bool:
+    """Whether it is the unit of "a minute", which lasts so long, and of no rate."""
+    return words[max(i - 1, 0) : i + 1] == ["a", "minute"] and not unit_at(words, max(i - 2, 0))[0]
 
 
 def _share(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
