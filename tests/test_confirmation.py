@@ -358,3 +358,18 @@ def test_a_terminal_shows_another_reading(run, monkeypatch, answer, code, status
 def test_a_hand_edit_ends_it(session):
     session.change("other limits", robot=Robot.preset("drone"))
     assert session.pending is None
+
+
+def test_another_reading_is_run_as_isolated_as_the_first(run, monkeypatch):
+    asked = []
+    monkeypatch.setattr("ovita.cli.common.writer_from", lambda *a, **k: Wrong())
+    monkeypatch.setattr("ovita.cli.adapt_.another", lambda refused, **how: asked.append(how))
+    run("scene.json", "slow down near the cup", "--isolation", "degraded", answer="n\n", terminal=True)
+    assert asked == [{"isolation": "degraded"}]
+
+
+def test_words_that_told_the_way_too_have_no_other_reading():
+    standing = Trajectory(np.zeros((2, 3)), np.zeros(2))
+    talk = Session(standing, SCENE, writer="builtin")
+    talk.begin(adapt(Request("slow down near the cup", PATH, SCENE), writer=Wrong()))
+    assert talk.pending is not None and talk.say("no").message == "Nothing changed."

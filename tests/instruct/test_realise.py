@@ -266,3 +266,30 @@ def test_a_change_that_later_steps_change_again_is_told_and_not_broken(text):
 @pytest.mark.parametrize("text", ["end goal to=box; clearance box at_least=20cm", "hop box; height at_most=55cm"])
 def test_what_cannot_hold_beside_another_stays_a_broken_promise(text):
     assert done(text)[2]
+
+
+def test_so_much_quicker_counts_from_the_path_before_all_other_steps():
+    _, rows, broken = done("pace faster by=1s; move up=30cm @near=box")
+    assert not broken
+    assert Trajectory.from_array(rows).duration == pytest.approx(PATH.duration - 1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("text", ["end start to=post; via box", "end goal to=post; side box left"])
+def test_what_is_passed_on_the_way_is_passed_though_an_end_moves(text):
+    _, rows, broken = done(text)
+    assert not broken
+    assert min(np.linalg.norm(rows[[0, -1], :3] - SCENE["post"].position, axis=1)) < 1e-6
+
+
+def test_between_two_things_goes_at_the_height_that_is_told():
+    low, high = (done(f"via between=box+cup; height to={height}")[1] for height in ("30cm", "60cm"))
+    middle = (SCENE["box"].position + SCENE["cup"].position)[:2] / 2
+    for rows, height in ((low, 0.3), (high, 0.6)):
+        assert rows[:, 2] == pytest.approx(height, abs=0.01)
+        assert np.linalg.norm(rows[:, :2] - middle, axis=1).min() < 0.06
+
+
+def test_over_a_thing_keeps_the_distance_that_is_asked_for():
+    _, rows, broken = done("via over=box; clearance box at_least=25cm")
+    assert not broken
+    assert SCENE["box"].clearance(rows[:, :3]).min() >= 0.24

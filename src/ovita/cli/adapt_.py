@@ -17,7 +17,7 @@ from click import option
 from click.core import ParameterSource
 
 from ovita import io
-from ovita.chain import REPAIRS, TIME_LIMIT, adapt, another
+from ovita.chain import REPAIRS, TIME_LIMIT, Isolation, adapt, another
 from ovita.cli import common
 from ovita.cli.common import shown, source
 from ovita.errors import FormatError, RequestError
@@ -120,7 +120,8 @@ def command(file: str, instruction: str | None, on: FeedbackOn | None, planner: 
     if bare is not None:
         from ovita.cli.sources_ import generated
 
-        _finish(*generated(bare, instruction, planner, options, stages, as_json=outputs.as_json), options, outputs)
+        made = generated(bare, instruction, planner, options, stages, as_json=outputs.as_json)
+        _finish(*made, options, outputs, otherwise=False)  # the words told the way, too
     task = common.task_at(file, options)
     if outputs.trajectory:
         io.rendered(outputs.trajectory, task.trajectory, task.scene, choices=common.choices_from(options))
@@ -140,11 +141,19 @@ _STAGES = ("isolation", "repairs", "time_limit", "explain_with_model")
 
 
 def _finish(
-    result: Adaptation, task: io.Task, writer: PolicyWriter, options: dict[str, Any], outputs: Outputs
+    result: Adaptation,
+    task: io.Task,
+    writer: PolicyWriter,
+    options: dict[str, Any],
+    outputs: Outputs,
+    *,
+    otherwise: bool = True,
 ) -> NoReturn:
-    """Ask about a proposal, write what was asked for and report."""
-    if result.proposal is not None:
-        result = accept(result) if outputs.accepting else result if outputs.as_json else _asked_about(result)
+    """Ask about a proposal, and perhaps another reading of the words, write what was asked for and report."""
+    if result.proposal is not None and outputs.accepting:
+        result = accept(result)
+    elif result.proposal is not None and not outputs.as_json and _on_a_terminal():
+        result = _asked_about(result, options["isolation"] if otherwise else None)
     notes = (*common.notes_on(task, options["robot"]), *common.notes_on_writer(writer))
     report(result, outputs, *_write(result, outputs, task, common.choices_from(options)), notes)
 
@@ -168,16 +177,16 @@ def report(
     raise SystemExit(common.EXIT_OF[result.status])
 
 
-def _asked_about(result: Adaptation) -> Adaptation:
-    """What a person on the terminal agrees to: the proposal, or another reading; without a terminal nobody agrees."""
-    if not _on_a_terminal():
-        return result
-    if click.confirm(f"{common.plain(result.message)} Do this?", default=False):
+def _asked_about(result: Adaptation, isolation: Isolation | None) -> Adaptation:
+    """What a person on the terminal agrees to: the proposal, or another reading unless `isolation` is None."""
+    if _agrees(result.message):
         return accept(result)
-    other = another([result])
-    if other is not None and click.confirm(f"{common.plain(other.explanation)} Do this?", default=False):
-        return accept(other)
-    return result
+    other = None if isolation is None else another([result], isolation=isolation)
+    return accept(other) if other is not None and _agrees(other.explanation) else result
+
+
+def _agrees(told: str) -> bool:
+    return click.confirm(f"{common.plain(told)} Do this?", default=False)
 
 
 def _on_a_terminal() -> bool:

@@ -200,6 +200,7 @@ class Session:
         self.original, self.scene = adaptation.original, adaptation.scene
         self._history.first, self._asked, self._behind = self.situation, "", True
         self._begin(adaptation, adaptation.instruction, "said")
+        self._refused = (adaptation,)  # the words told the way, too, so that they have no other reading
 
     def ask_about(self, said: str) -> None:
         """Remember a sentence that led to a question, which the next sentence answers."""

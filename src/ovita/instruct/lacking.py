@@ -12,6 +12,8 @@ from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import Atom, Unfit
 
 NONE = Quantity(0.0, "m")
+"""The distance of what is not touched, and the height over a thing of what is as high as it."""
+
 SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
 """Words with which a length is left to what a path stops at."""
 
@@ -59,6 +61,7 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
 
 
 NOWHERE = -1
+"""Stands for no mention."""
 
 
 def _left(used: frozenset[int], seen: Sketch) -> list[int]:

@@ -204,9 +204,9 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
 
 
 def _kept_clear(builder: PolicyBuilder, item: SceneObject) -> list[float]:
-    """The least distances to an object that are asked for [m]."""
-    asked = [frame for frame in builder.frames if isinstance(frame, F.Clearance) and item.name in frame.objects]
-    return [frame.distance.value for frame in asked if frame.distance.role == "at_least"]
+    """The distances to an object that other requests keep [m]."""
+    clear = [f.distance for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
+    return [distance.value for distance in clear if distance.role != "at_most"]
 
 
 def _passing(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
@@ -320,8 +320,7 @@ def _other_side(builder: PolicyBuilder, item: SceneObject) -> str:
 
 def _kept_from(builder: PolicyBuilder, item: SceneObject) -> list[float]:
     """What other requests keep from an object, and as much again by a quarter for the bend around it [m]."""
-    clear = [f for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
-    return [nice(1.25 * f.distance.value) for f in clear if f.distance.role != "at_most"]
+    return [nice(1.25 * distance) for distance in _kept_clear(builder, item)]
 
 
 def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:
