@@ -14,8 +14,9 @@ import check
 
 from ovita.instruct import slots
 from ovita.instruct.encoder import QUERIES, concepts_of
-from ovita.instruct.frames import Quantity, SemanticFrame
+from ovita.instruct.frames import NoStop, Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
+from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.notation import parse
 from ovita.instruct.numerals import written_out
 from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
@@ -80,7 +81,12 @@ def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) 
 
 
 def readable(example: check.Example, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
-    """The example as a sample, if atoms can say it."""
+    """The example as a sample, if atoms can say it; what denies a stop is not for the network."""
+    if any(isinstance(frame, NoStop) for frame in example.frames):
+        rest, _ = denied_stops(example.sentence, scene_of(example.objects))
+        example = replace(
+            example, sentence=rest, frames=tuple(frame for frame in example.frames if not isinstance(frame, NoStop))
+        )
     try:
         atoms = slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
     except slots.Unfit:

@@ -297,6 +297,7 @@ KEEPING = [
     (ck.speeds_kept(ck.outside(NEAR_CUP)), pace(0.5, "cup", 0.35), {"everywhere": pace(0.5)}),
     (ck.no_jumps(), resampled(40), {"jump": jumping}),
     (ck.gradual(), end((0.2, 0, 0), share=0.5), {"sudden": end((0.2, 0, 0), share=0.01)}),
+    (ck.never_stops(), shift("up"), {"stopped": stop("cup", cut=False), "waiting": wait("cup", 10)}),
     (ck.finite(), shift("up"), {"far away": shift("up", metres=20.0)}),
 ]
 COMBINED = [

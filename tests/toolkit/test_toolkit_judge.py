@@ -16,6 +16,7 @@ from ovita.toolkit import (
     expect_faster,
     expect_goal,
     expect_moved,
+    expect_no_stop,
     expect_same_path,
     expect_same_speed,
     expect_side,
@@ -31,6 +32,7 @@ from ovita.toolkit import (
     hover,
     judge,
     keep_distance,
+    keep_moving,
     keep_unchanged,
     last,
     move,
@@ -270,3 +272,14 @@ def test_braking_in_a_part_for_a_stop_beyond_it_breaks_no_least_speed(line):
     assert judge(expect_speed(at_least=0.4, where=part), line, out, Scene()).held
     out[5, 3] = 0.3
     assert not judge(expect_speed(at_least=0.4, where=part), line, out, Scene()).held
+
+
+def test_a_stop_between_the_ends_breaks_the_promise_of_none_there(line, scene):
+    stopped = stop_at(line, 0.5, resume=True)
+    first = np.arange(len(line)) < 5
+    ends = line.copy()
+    ends[[0, -1], 3] = 0.0
+    assert not judge(expect_no_stop(), line, stopped, scene).held
+    assert judge(expect_no_stop(where=first), line, stopped, scene).held
+    assert judge(expect_no_stop(), stopped, keep_moving(stopped), scene).held
+    assert judge(expect_no_stop(), line, ends, scene).held

@@ -10,6 +10,7 @@ from ovita.toolkit import (
     bound_speed,
     dwell,
     exponential_speed,
+    keep_moving,
     ramp_speed,
     scale_speed,
     set_duration,
@@ -268,3 +269,24 @@ def test_what_has_no_length_takes_no_time():
         set_duration(rows, 2.0, where=[True, False])
     with pytest.raises(ValueError, match="seconds"):
         set_duration(rows, 0.0)
+
+
+def test_no_stop_is_left_between_the_ends_and_the_path_stays(line):
+    waiting = dwell(stop_at(line, 0.5, resume=True), 0.5, 7)
+    moving = keep_moving(waiting)
+    assert np.array_equal(moving[:, :3], line[:, :3]) and np.allclose(moving[:, 3], line[:, 3])
+    assert np.array_equal(keep_moving(line), line)
+
+
+def test_only_stops_on_the_part_go(line):
+    both = stop_at(stop_at(line, 0.3, brake=0.05, resume=True), 0.7, brake=0.05, resume=True)
+    left = keep_moving(both, where=np.arange(len(line)) < len(line) // 2)
+    assert (left[:, 3] == 0.0).sum() == 1 and np.flatnonzero(left[:, 3] == 0.0)[0] > len(line) // 2
+
+
+@given(paths())
+def test_without_stops_the_ends_and_the_places_stay(traj):
+    moving = keep_moving(traj)
+    assert np.array_equal(moving[[0, -1], :3], traj[[0, -1], :3])
+    assert {*map(tuple, moving[:, :3])} == {*map(tuple, traj[:, :3])}
+    assert (moving[:, 3] >= 0.0).all() and np.array_equal(keep_moving(moving), moving)

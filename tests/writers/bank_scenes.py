@@ -6,6 +6,7 @@ import numpy as np
 
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory, interpolate, source_indices
+from ovita.toolkit import stop_at
 
 
 def _path(corners, count, speeds, *, soft=True):
@@ -47,6 +48,7 @@ YARD_OBJECTS = {
 }
 HALL = _path([[0, 0, 0], [0, 3, 0], [2, 3, 0], [2, 5, 0]], 70, [0.4, 0.4], soft=False)
 HALL_OBJECTS = {"pillar": ([0.8, 2.0, 0.0], [0.3, 0.3, 1.0]), "crate": ([1.2, 3.6, 0.0], [0.4, 0.4, 0.4])}
+HALTING = Trajectory.from_array(stop_at(HALL.to_array(), HALL_OBJECTS["crate"][0], resume=True))
 POND = _path([[0, 0, 2], [2, 0.6, 2.5], [4, -0.4, 2.2], [6, 0, 2]], 60, [0.3, 0.5, 0.4])
 POND_OBJECTS = {"rock": ([3.0, 0.2, 2.6], [0.6, 0.5, 0.8]), "buoy": ([5.0, 1.0, 0.0], [0.3, 0.3, 0.3])}
 STORE_OBJECTS = {"red box": ([0.2, 0.5, 0.1], [0.1, 0.1, 0.1]), "blue box": ([-0.2, 0.5, 0.1], [0.1, 0.1, 0.1])}
@@ -55,6 +57,7 @@ SCENES = {
     "table": (TABLE, _scene("rfu", TABLE_OBJECTS, "A table with a cup, a vase, a plate, a bowl, a book and a lamp.")),
     "yard": (YARD, _scene("flu", YARD_OBJECTS, "A yard that a drone crosses.")),
     "hall": (HALL, _scene("rfu", HALL_OBJECTS, "A hall with a pillar and a crate.")),
+    "halting": (HALTING, _scene("rfu", HALL_OBJECTS, "A hall with a pillar and a crate at which the robot stops.")),
     "pond": (POND, _scene("ned", POND_OBJECTS, "A pond with a rock and a buoy.")),
     "store": (TABLE, _scene("rfu", STORE_OBJECTS)),
 }

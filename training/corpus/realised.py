@@ -33,6 +33,7 @@ from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.policy import run_proven
 from ovita.policy.source import parse_tree
+from ovita.toolkit.speed import stop_at
 
 VOICES = Path(__file__).parent / "voices"
 SIZES = {"person": (0.5, 0.4, 1.75), "animal": (0.6, 0.3, 0.5)}
@@ -76,7 +77,13 @@ def setting(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[
         path[:, 2] += 0.2 * size * np.sin(6.5 * t + 0.4)
     if any(isinstance(frame, F.Smooth) for frame in frames):
         path += 0.006 * size * np.random.default_rng(1).normal(size=path.shape) * np.sin(np.pi * t)[:, None]
-    return Trajectory(path, _speeds(frames, parts, size, t)), Scene(tuple(_placed(frames, parts, objects, path, size)))
+    scene = Scene(tuple(_placed(frames, parts, objects, path, size)))
+    rows = Trajectory(path, _speeds(frames, parts, size, t)).to_array()
+    for frame in frames:
+        if isinstance(frame, F.NoStop) and not any(isinstance(other, F.Pace) for other in frames):
+            place = frame.part.places[0] if frame.part.kind == "near" else ""
+            rows = stop_at(rows, scene[place] if place else 0.5, resume=True)
+    return Trajectory.from_array(rows), scene
 
 
 def _parts(part: PathPart) -> list[PathPart]:
@@ -233,6 +240,8 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
             return replace(frame, shape="spiral" if shape in ("circle", "eight") else "circle", place=objects[0])
         case F.Smooth():
             return F.Figure(shape="zigzag", part=frame.part)
+        case F.NoStop() if rest:
+            return F.Wait(place=rest[0])
         case F.OneHeight():
             return F.Tilt(angle=F.Quantity(40.0, "deg"), direction="front")
         case F.Straighten():

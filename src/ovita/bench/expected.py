@@ -587,6 +587,7 @@ _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.Side: lambda case, f: _each(f.objects, partial(_beside, case, f)),
     F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
     F.Straighten: lambda case, f: P.straight(case.where(f)),
+    F.NoStop: lambda case, f: P.never_stops(where=case.where(f)),
     F.OneHeight: lambda case, f: asked.one_height(where=case.where(f)),
     F.Reverse: lambda case, f: P.reversed_part(case.where(f)) if case.alone(f) else None,
     F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,

@@ -247,6 +247,13 @@ class Wait(SemanticFrame):
 
 
 @dataclass(frozen=True, kw_only=True)
+class NoStop(SemanticFrame):
+    """Make no stop between the ends of the path."""
+
+    NAME = "nonstop"
+
+
+@dataclass(frozen=True, kw_only=True)
 class Extend(SemanticFrame):
     """Go on beyond the goal: by a length (back along the path if < 0), in a direction, or to a place."""
 

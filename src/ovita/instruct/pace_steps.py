@@ -255,4 +255,17 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     builder.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {lasting} {words}.", promise)
 
 
-PACE_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {F.Pace: pace, F.StopAt: stop, F.Wait: wait}
+def nonstop(builder: PolicyBuilder, frame: F.NoStop) -> None:
+    """No stop between the ends, or on a part of the path; nothing changes where there is none."""
+    where, part = builder.part(frame.part)
+    mask = builder.waypoints(frame.part).copy()
+    mask[[0, -1]] = False
+    moves = bool((builder.trajectory.speeds[mask] > 0).all())
+    call = "traj" if moves else f"keep_moving(traj{argument(where)})"
+    promise = f"expect_no_stop({f'where={where}' if where else ''})"
+    builder.add(f"traj = {call}", f"Make no stop{part}.", promise, holds=moves)
+
+
+PACE_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
+    F.Pace: pace, F.StopAt: stop, F.Wait: wait, F.NoStop: nonstop,
+}  # fmt: skip

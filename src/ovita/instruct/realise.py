@@ -38,6 +38,7 @@ ORDER = (
         "end",
         "avoid",
         "zigzag wave shake",
+        "nonstop",
         "pace",
         "cap floor",
     ),

@@ -31,6 +31,7 @@ from ovita.instruct.contradictions import (
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
+from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
@@ -140,7 +141,9 @@ def understand(
     """
     positions = None if trajectory is None else trajectory.positions
     text, taken = on_axes(repaired(written_out(text), scene, positions), scene)
-    found = _understood(text, scene, positions, before, quick=quick and not taken)
+    found = _moving_on(text, scene, positions, before) or _understood(
+        text, scene, positions, before, quick=quick and not taken
+    )
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
 
@@ -161,9 +164,10 @@ def otherwise(
     positions = trajectory.positions
     text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
+    text, moving = denied_stops(text, scene, positions)
     for by, one in _readings(text, scene, positions):
         found = in_units(one, said, positions)
-        found = replace(found, frames=spread(found.frames, said))
+        found = replace(found, frames=(*spread(found.frames, said), *moving))
         if _may_be_meant(said, found) and not any(F.same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
     return Understanding("decline", F.Reading(), "rules")
@@ -183,6 +187,34 @@ def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
     """Whether a reading says what to do, and nothing speaks against it."""
     against = (checks for checks in (CHECKS, REFUSED) if contradictions(said, reading.frames, checks))
     return _reads(reading) and not any(against)
+
+
+def _moving_on(
+    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
+) -> Understanding | None:
+    """As `understand`, of an utterance that denies a stop; None of others, and where it asks for the same one."""
+    rest, moving = denied_stops(text, scene, positions)
+    if not moving or any(isinstance(frame, HALTS) for frame in before):
+        return None
+    if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
+        return Understanding("do", F.Reading(moving), "rules", confidence=1.0, rules=F.Reading(moving))
+    found = _understood(rest, scene, positions, before, quick=False)
+    if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
+        left = tuple(rest.split())
+        return replace(found, outcome="needs_confirmation", reading=F.Reading(moving, unread=left), unused=left)
+    if any(_stands(frame, moving) for frame in _frames(found.reading)):
+        return None
+    return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *moving)))
+
+
+HALTS = (F.StopAt, F.Wait, F.Hover)
+"""Frames that make a robot stand still."""
+
+
+def _stands(frame: F.SemanticFrame, moving: Sequence[F.NoStop]) -> bool:
+    """Whether a frame makes the robot stand still, or end, where it is said not to stop."""
+    anywhere = any(not one.part or one.part.places[:1] == frame.named[:1] for one in moving)
+    return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(one.part for one in moving) else HALTS)
 
 
 def _understood(

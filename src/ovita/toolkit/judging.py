@@ -514,9 +514,8 @@ def _duration(case: _Case) -> Outcome:
     ((name, asked),) = case.asked("value", "at_most").items()
     slack = SLACK_RELATIVE * asked if name == "value" else KEPT_RELATIVE * asked
     said = f"{now:.3g} s (asked {'at most ' if name == 'at_most' else ''}{asked:g} s)"
-    return _bounded(
-        [_Bound(0.0 if name == "value" else -1.0, asked, before, now, slack, said)], "the way takes ", unit="s"
-    )
+    sign = 0.0 if name == "value" else -1.0
+    return _bounded([_Bound(sign, asked, before, now, slack, said)], "the way takes ", unit="s")
 
 
 def _stop(case: _Case) -> Outcome:
@@ -539,6 +538,11 @@ def _stop(case: _Case) -> Outcome:
     held = at <= passed + slack or bool(lengths(case.adapted[stopped, :3] - before).min() <= slack)
     said = f"the robot stops {at:.3f} m from {case.beside}{case.name} (the path comes within {passed:.3f} m)"
     return Outcome(held, said)
+
+
+def _no_stop(case: _Case) -> Outcome:
+    lowest = float(case.adapted[1:-1, 3][case.new[1:-1]].min(initial=np.inf))
+    return Outcome(lowest > AT_REST, f"its lowest speed is {lowest:.3f} m/s")
 
 
 def _length(case: _Case) -> Outcome:
@@ -632,6 +636,7 @@ _CHECKS: dict[str, Callable[[_Case], Outcome]] = {
     "goal": lambda case: _end(case, -1, "goal"),
     "length": _length,
     "moved": _moved,
+    "no_stop": _no_stop,
     "same_path": _same_path,
     "same_speed": _same_speed,
     "side": _side,

@@ -319,6 +319,12 @@ def expect_stop(
 
 
 @operation("State what is meant")
+def expect_no_stop(where: ArrayLike | None = None, *, recorder: Recorder | None = None) -> Expectation:
+    """Comes to rest nowhere between the ends, or nowhere on a part of the path."""
+    return _note("no_stop", _where(where), f"the robot makes no stop{_part(where)}", recorder)
+
+
+@operation("State what is meant")
 def expect_length(
     *,
     times: float | None = None,

@@ -275,6 +275,35 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
     return np.insert(rows, i + 1, np.repeat(rows[i : i + 1], count, axis=0), axis=0)
 
 
+@operation("Speed")
+def keep_moving(traj: ArrayLike, *, where: ArrayLike | None = None) -> Array:
+    """Leave out the stops between the ends; the path stays, and repeats of waypoints go.
+
+    The speed runs evenly from where the robot brakes for a stop to where it is fast again.
+
+    Args:
+        traj: (N, 4); the result is (M, 4) with M <= N.
+    """
+    rows = arguments.waypoints(traj)
+    inside: Mask = arguments.mask(where, len(rows)).copy()
+    inside[[0, -1]] = False
+    stays: Mask = ~(inside & np.concatenate([[False], _repeats(rows)]))
+    rows, inside = rows[stays], inside[stays]
+    speeds, s = rows[:, 3].copy(), arc_length(rows[:, :3])
+    for a, b in runs(inside & (speeds <= REST)):
+        first, last = _regained(speeds, a, -1), _regained(speeds, b, 1)
+        if max(speeds[first], speeds[last]) > REST:
+            rows[first : last + 1, 3] = np.interp(s[first : last + 1], s[[first, last]], speeds[[first, last]])
+    return rows
+
+
+def _regained(speeds: Array, i: int, step: int) -> int:
+    """Where the speed is fast again, going on from a stop in one direction."""
+    while 0 <= i + step < len(speeds) and bool(speeds[i + step] > speeds[i]):
+        i += step
+    return i
+
+
 def _from_to(
     traj: ArrayLike,
     start: float | None,
@@ -308,6 +337,11 @@ def _bends(positions: Array, s: Array, look: float) -> Array:
 
 def _resting(rows: Array) -> Mask:
     """Mask of the waypoints of a dwell: at rest, and a repeat of a neighbour."""
-    same = (np.diff(rows[:, :3], axis=0) == 0.0).all(axis=1)
+    same = _repeats(rows)
     repeat = np.concatenate([[False], same]) | np.concatenate([same, [False]])
     return np.asarray(repeat & (rows[:, 3] == 0.0))
+
+
+def _repeats(rows: Array) -> Mask:
+    """Which waypoints but the first, (N - 1,), are where the one before them is."""
+    return np.asarray((np.diff(rows[:, :3], axis=0) == 0.0).all(axis=1))

@@ -179,6 +179,20 @@ def stops(pair: Pair, near: Any = None) -> CheckResult:
 
 
 @predicate
+def never_stops(pair: Pair, *, where: Where = None) -> CheckResult:
+    """The robot stands still nowhere between the ends, or on a part of the path."""
+    rows = pair.adapted
+    still = rows[:, 3] <= _rest(pair)
+    for a, b in _waits(rows, pair):
+        still[a : b + 1] = True
+    stops = rows[still, :3]
+    stops = stops[~(stops == rows[[0, -1], None, :3]).all(axis=2).any(axis=0)]
+    there = rows[:, :3] if where is None else pair.part(where)[1][:, :3]
+    count = int((np.linalg.norm(stops[:, None] - there, axis=2).min(axis=1, initial=np.inf) <= pair.noticeable).sum())
+    return say(count == 0, f"make no stop{said(where)}", f"it stands still at {count} waypoints")
+
+
+@predicate
 def dwells(pair: Pair, steps: int, *, near: Any = None) -> CheckResult:
     """The robot waits for so many timesteps: repeated waypoints, or waypoints at rest, in one place; one may differ.
 

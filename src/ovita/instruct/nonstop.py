@@ -1,0 +1,137 @@
+"""Stops that are denied: "past the drum without stopping", "don't stop at the cup, just slow down there".
+
+A reader of everything else would take the stop and pass over the denial. So what denies a stop becomes blanks before
+anybody reads the rest, whose words keep their places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import takewhile
+
+from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.frames import NoStop
+from ovita.paths.part import WHOLE, PathPart
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+HALTS = ("stop", "wait", "hover")
+"""Classes of words for a halt."""
+
+DENIED = frozenset(
+    (
+        *("never", "no", "non", "not", "but not", "do not", "don't", "dont", "don't you", "don't ever", "never ever"),
+        *("without", "must not", "mustn't", "must never", "should not", "shouldn't", "should never", "shall not"),
+        *("may not", "not ever", "don't want", "do not want", "no need", "need not", "needn't", "instead of"),
+        *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor"),
+    )
+)
+"""Words that deny what should be; others say what is: "it didn't stop there"."""
+
+NONSTOP, MOVING = "nonstop", "keep moving"
+"""What says by itself that there is no stop."""
+
+LASTING = frozenset(("short", "good"))
+"""Words of a stop that is not one on the way: "stop short", "stop for good"."""
+
+BETWEEN = frozenset(("it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need"))
+"""Fillers between a denial and what it denies."""
+
+LEADING = ("filler", "at", "in", "on", "by", "near", "over", "whole", "path", "between", "before", "after")
+HOW = frozenset("so that quite too long longer dead soon".split())
+"""Fillers that say how a stop is not to be, which is no denial of it."""
+
+REFERRING = ("only", "there", "here")
+MORE = ("more", "anymore", "any more")
+ENDING = ("comma", "dot", "and", "only", "because", "then_on")
+
+
+@dataclass(frozen=True)
+class _Denial:
+    """Where a stop is denied: chunks from `first` up to `end`, the word for the stop, the object named, a part."""
+
+    first: int
+    halt: int
+    end: int
+    named: int
+    part: PathPart
+
+
+def denied_stops(text: str, scene: Scene, positions: Array | None = None) -> tuple[str, tuple[NoStop, ...]]:
+    """An utterance without the stops that it denies, and where there is to be none.
+
+    It is left as it is where a stop is asked for and one is denied without a place of its own.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        positions: The path (N, 3) [m], or None.
+    """
+    said, _ = chunks(text, scene, positions)
+    halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in (NONSTOP, MOVING)]
+    denials = [denial for denial in (_denial(said, i) for i in halts) if denial is not None]
+    elsewhere = len(denials) < len(halts) and any(denial.named < 0 for denial in denials)
+    if elsewhere or "why" in text.lower().split():
+        return text, ()
+    for denial in denials:
+        text = _without(text, said, denial)
+    return text, tuple(dict.fromkeys(NoStop(part=denial.part) for denial in denials))
+
+
+def _denial(said: Sequence[Chunk], halt: int) -> _Denial | None:
+    """What denies a word for a stop and nothing else, or None."""
+    word = said[halt].text.lower()
+    between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
+    first = halt if word in (NONSTOP, MOVING) else halt - len(between) - 1
+    if word == NONSTOP or (first >= 0 and said[first].text.lower() == "non"):
+        return _Denial(first, halt, halt + 1, -1, WHOLE)
+    if first < 0 or (first < halt and not (said[first].text.lower() in DENIED and LASTING.isdisjoint(word.split()))):
+        return None
+    if first and said[first - 1].text.lower().startswith(("there", "does")):
+        return None
+    behind = list(takewhile(_leads, said[halt + 1 :]))
+    at = halt + 1 + len(behind)
+    thing = said[at] if at < len(said) else None
+    limits = [chunk.kind for chunk in behind if chunk.kind in ("before", "after")]
+    if thing is not None and thing.kind == "OBJ":
+        part = PathPart(limits[0] if limits else "near", places=thing.names[:1])
+        return _ended(said, _Denial(first, halt, at + 1, at, part))
+    if limits:
+        return None
+    there = thing is not None and thing.kind == "there"
+    earlier = [chunk for chunk in said[:first] if chunk.kind == "OBJ"]
+    part = PathPart("near", places=earlier[-1].names[:1]) if there and earlier else WHOLE
+    return _ended(said, _Denial(first, halt, at + there, -1, part))
+
+
+def _leads(chunk: Chunk) -> bool:
+    """Whether a chunk may stand between a stop and its place."""
+    return chunk.kind in LEADING and chunk.text.lower() not in HOW
+
+
+def _ended(said: Sequence[Chunk], denial: _Denial) -> _Denial | None:
+    """A denial with which its clause ends."""
+    behind = list(takewhile(_says_nothing, said[denial.end :]))
+    then = said[denial.end + len(behind) :]
+    if then and then[0].kind not in ENDING:
+        return None
+    return replace(denial, end=denial.end + len(behind)) if any(map(_is_more, behind)) else denial
+
+
+def _says_nothing(chunk: Chunk) -> bool:
+    return (chunk.kind == "filler" and _leads(chunk)) or _is_more(chunk)
+
+
+def _is_more(chunk: Chunk) -> bool:
+    return chunk.text.lower() in MORE
+
+
+def _without(text: str, said: Sequence[Chunk], denial: _Denial) -> str:
+    """A text without a denial; the object that it names stays where later words refer to it."""
+    referred = denial.named >= 0 and any(chunk.kind in REFERRING for chunk in said[denial.end :])
+    first = denial.first - (denial.first > 0 and said[denial.first - 1].kind == "and")
+    begin = said[first].span[0]
+    end = said[denial.halt if referred else denial.end - 1].span[1]
+    end -= 3 if referred and text[:end].lower().endswith(" at") else 0
+    return text[:begin] + " " * (end - begin) + text[end:]

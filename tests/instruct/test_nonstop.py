@@ -1,0 +1,54 @@
+"""Stops that are denied: there is to be none there, and all else that is said is read as before."""
+
+import pytest
+
+from ovita import Scene, SceneObject
+from ovita.instruct.frames import same
+from ovita.instruct.nonstop import denied_stops
+from ovita.instruct.notation import parse, show
+from ovita.instruct.referee import understand
+
+SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase", [0.9, 0.1, 0.1], [0.1] * 3)))
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("no stops, please", "nonstop"),
+        ("keep moving the whole time", "nonstop"),
+        ("don't stop at the cup any more", "nonstop @near=cup"),
+        ("no stopping till the vase", "nonstop @before=vase"),
+        ("don't stop at the cup, just slow down there", "pace slower @near=cup; nonstop @near=cup"),
+        ("10 cm farther from the cup, and don't stop near it", "farther cup by=10cm; nonstop @near=cup"),
+        ("make it take 12 seconds, nonstop", "pace to=12s; nonstop"),
+        ("don't stop at the cup, stop at the vase", "stop at=vase; nonstop @near=cup"),
+    ],
+)
+def test_what_denies_a_stop_is_read_beside_the_rest(said, meant):
+    verdict = understand(said, SCENE)
+    assert same(verdict.reading.frames, parse(meant, SCENE.names)), show(verdict.reading.frames)
+    assert verdict.outcome == "do"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "stop at the cup and don't stop at the cup",
+        "stop at the cup without ever stopping",
+        "there is no stop at the cup, it should wait 5 seconds",
+        "don't wait so long",
+        "carry on to the vase, don't stop short",
+        "no wait, the vase",
+        "why no stop at the cup?",
+        "it does not stop at the cup",
+    ],
+)
+def test_what_denies_no_stop_asks_for_none_to_go(said):
+    assert "nonstop" not in show(understand(said, SCENE).reading.frames)
+
+
+def test_words_keep_their_places_and_the_object_stays_where_later_words_mean_it():
+    said = "don't stop at the cup, just slow down there"
+    rest, (found,) = denied_stops(said, SCENE)
+    assert len(rest) == len(said) and rest.split() == "at the cup, just slow down there".split()
+    assert show((found,)) == "nonstop @near=cup"
