@@ -118,3 +118,20 @@ def test_how_long_a_halt_lasts_may_be_what_only_the_network_reads():
     result = said("hang about over the workbench, a minute or so")
     plan = " ".join((result.proposal or result).plan)
     assert "60 s" in plan
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "stop 20 cm before the jar and wait 5 seconds",
+        "wait 20 cm before the jar for 5 s",
+        "pause for 5 s 20 cm short of the jar, then go on",
+    ],
+)
+def test_a_wait_short_of_a_thing_is_one_there(said):
+    scene = Scene((SceneObject("jar", [0.6, 0.15, 0.3], [0.1, 0.1, 0.1]),))
+    result = adapt(Request(said, PATH, scene))
+    standing = result.adapted.positions[result.adapted.dwells]
+    assert show(result.frames).startswith("wait at=jar by=") and result.status == "done"
+    assert len(standing) == 50 and np.allclose(standing, [0.55 - 0.03**0.5, 0.0, 0.3], atol=0.001)
+    assert np.allclose(result.adapted.positions[-1], PATH.positions[-1])

@@ -45,6 +45,7 @@ from ovita.toolkit import (
     set_speed,
     stay_on,
     stop_at,
+    wait_before,
 )
 
 SPOT = [0.5, 0.3, 0.0]
@@ -283,3 +284,12 @@ def test_a_stop_between_the_ends_breaks_the_promise_of_none_there(line, scene):
     assert judge(expect_no_stop(where=first), line, stopped, scene).held
     assert judge(expect_no_stop(), stopped, keep_moving(stopped), scene).held
     assert judge(expect_no_stop(), line, ends, scene).held
+
+
+def test_a_wait_before_an_object_is_where_it_is_promised(line, scene):
+    box = scene["cup"]
+    waiting = wait_before(line, box, 0.3, 5)
+    assert judge(expect_stop(box, before=0.3), line, waiting, scene).held
+    assert not judge(expect_stop(box, before=0.35), line, waiting, scene).held
+    assert not judge(expect_stop(box, before=0.3), line, line, scene).held
+    assert len(waiting) == len(line) + 6 and np.array_equal(waiting[[0, -1]], line[[0, -1]])

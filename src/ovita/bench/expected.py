@@ -277,6 +277,11 @@ def _steps(case: _Asked, q: F.Quantity | None) -> int:
     return max(1, 10 if q is None else round(q.value / (case.trajectory.timestep if q.unit in ("s", "") else 1.0)))
 
 
+def _wait(case: _Asked, frame: F.Wait) -> Check:
+    place, steps = _place(frame.place or "goal", case), _steps(case, frame.duration)
+    return asked.rests_before(place, frame.by.value, steps=steps) if frame.by else asked.rests_at(place, steps=steps)
+
+
 def _stop(case: _Asked, frame: F.StopAt) -> Check:
     if frame.place in ("", "goal"):
         return P.stops()
@@ -585,7 +590,7 @@ _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.MoveEnd: lambda case, f: _each(("start", "goal") if f.end == "ends" else (f.end,), partial(_one_end, case, f)),
     F.Approach: lambda case, f: _each(f.objects, partial(_approached, case, f)),
     F.Side: lambda case, f: _each(f.objects, partial(_beside, case, f)),
-    F.Wait: lambda case, f: asked.rests_at(_place(f.place or "goal", case), steps=_steps(case, f.duration)),
+    F.Wait: _wait,
     F.Straighten: lambda case, f: P.straight(case.where(f)),
     F.NoStop: lambda case, f: P.never_stops(where=case.where(f)),
     F.OneHeight: lambda case, f: asked.one_height(where=case.where(f)),

@@ -238,10 +238,11 @@ class StopAt(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Wait(SemanticFrame):
-    """Stand still at a place, then go on."""
+    """Stand still at a place, or so far before an object, then go on."""
 
     NAME = "wait"
     place: Place = ""
+    by: Quantity | None = field(default=None, metadata=_in("m", ""))
     duration: Quantity | None = field(default=None, metadata=_in("s", ""))
     aim: Aim = ""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ovita.instruct.frames import Extend, Height, Quantity, StopAt
+from ovita.instruct.frames import Extend, Height, Quantity, StopAt, Wait
 from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import Atom, Unfit
 
@@ -72,7 +72,7 @@ def _left(used: frozenset[int], seen: Sketch) -> list[int]:
 def _completed(item: Any, words: frozenset[str], left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
     """An item with what it lacks, and the mention that this was read from."""
     match item:
-        case StopAt(by=None) if item.named and not SHORT_OF.isdisjoint(words):
+        case StopAt(by=None) | Wait(by=None) if item.named and not SHORT_OF.isdisjoint(words):
             return _stopped_short(item, left, seen)
         case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
             return _as_high_as(item, left, seen)
@@ -81,8 +81,8 @@ def _completed(item: Any, words: frozenset[str], left: Sequence[int], seen: Sket
     return item, NOWHERE
 
 
-def _stopped_short(stop: StopAt, left: Sequence[int], seen: Sketch) -> tuple[StopAt, int]:
-    """A stop at the one length that is left from its place, unless that is denied."""
+def _stopped_short(stop: StopAt | Wait, left: Sequence[int], seen: Sketch) -> tuple[StopAt | Wait, int]:
+    """A stop or a wait at the one length that is left from its place, unless that is denied."""
     denied = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "not"}
     lengths = [i for i in left if seen.mentions[i].unit == "m" and i not in denied]
     return (replace(stop, by=seen.mentions[lengths[0]].quantity), lengths[0]) if len(lengths) == 1 else (stop, NOWHERE)

@@ -229,15 +229,28 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
 
 def _stop_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> None:
     """Come to rest so far from an object's surface, where the path first comes so near."""
-    by, ref, meaning = builder.metres(q), builder.ref(item), f"distance at which to stop before {item.name}"
-    first = surface_distance(item, builder.positions[:2])
-    if first <= by:
-        builder.ask(f"The path starts {first:.3g} m from {item.name}: how far before it should it stop?")
-    name = builder.knob("short", by, "at", meaning, "by", about=item.name, direction="away")
+    by, ref = builder.metres(q), builder.ref(item)
+    name = _short(builder, item, q)
     builder.goal_moved = True
     plan = f"Slow down and stop {by:g} m before {item.name}; the path ends there."
     promise = f"expect_distance({ref}, nearest={name})"
     builder.add(f"traj = stop_before(traj, {ref}, {name})", plan, promise, "expect_stop()")
+
+
+def _short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> str:
+    """The parameter of how far before an object to stop."""
+    by, first = builder.metres(q), surface_distance(item, builder.positions[:2])
+    if first <= by:
+        builder.ask(f"The path starts {first:.3g} m from {item.name}: how far before it should it stop?")
+    meaning = f"distance at which to stop before {item.name}"
+    return builder.knob("short", by, "at", meaning, "by", about=item.name, direction="away")
+
+
+def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps: str, lasting: str) -> None:
+    """Stand still so far from an object's surface, where the path first comes so near, then go on."""
+    name, ref = _short(builder, item, q), builder.ref(item)
+    plan = f"Wait {lasting} {builder.metres(q):g} m before {item.name}."
+    builder.add(f"traj = wait_before(traj, {ref}, {name}, {steps})", plan, f"expect_stop({ref}, before={name})")
 
 
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
@@ -245,6 +258,9 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     at, words = spot(builder, frame.place)
     name, item = steps(builder, frame.duration), builder.item(frame.place)
     lasting = waited(builder, name)
+    if item is not None and frame.by is not None:
+        _wait_short(builder, item, frame.by, name, lasting)
+        return
     if item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)
         plan = f"Bend the path to {words} and wait {lasting} there."

@@ -423,6 +423,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("up|down|raise|lower|slower|faster by? Qm|Qn? once? back (?=OBJ)", _behind),
     ("back (?=OBJ (?:comma )?(?:Qm (?:up|down) |raise |lower |slower |faster |up |down ))", _behind),
     ("stop|endup|goal Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")]),
+    ("wait Qm before pass|touch? to|of? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
     ("stop Qm from|in? front? of|to? OBJ", lambda f: [f[0], merged(f[1:], "short")]),
     ("up|raise Qm before pass|touch? to|of? OBJ", lambda f: [merged(f[:1], "stop"), merged(f[1:], "short")] if f[0].text.lower() == "pull up" else None),
     ("whole and part|last|first", lambda f: [merged(f[:1], "except"), *f[2:]] if f[1].text.lower() == "but" else None),

@@ -262,8 +262,8 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     """Every third, halfway, a quarter turn, twice, walking pace."""
-    if words[i] == "walking" and words[i + 1 : i + 2] in (["pace"], ["speed"]):
-        return Referent(None, value=WALKING, unit="m/s", number=WALKING), 2
+    if walks := _walking(words, i):
+        return Referent(None, value=WALKING, unit="m/s", number=WALKING), walks
     if words[i] in ORDINALS and _before(words, i) == "every":
         return _weak(ORDINALS[words[i]], ""), 1
     if words[i] == "half" and "again" in words[i + 1 : i + 4]:
@@ -273,6 +273,14 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
         if amount is not None and amount_at(words, i) is None:  # not the first word of "couple of inches"
             return _weak(*amount), used
     return None, 1
+
+
+def _walking(words: Sequence[str], i: int) -> int:
+    """How many words say the speed at which people walk: "walking pace", "than walking", "at a walk"; 0 if none do."""
+    if words[i] == "walking" and words[i + 1 : i + 2] in (["pace"], ["speed"]):
+        return 2
+    compared = words[max(i - 2, 0) : i] in (["than", "a"], ["than", "i"], ["at", "a"], ["to", "a"])
+    return int((words[i] == "walking" and _before(words, i) == "than") or (words[i] == "walk" and compared))
 
 
 def _whole_unit(words: Sequence[str], i: int) -> tuple[Referent | None, int]:

@@ -452,6 +452,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, takes_part=False),
+    Row(F.Wait, ("wait short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short"), "duration": amount("Qs", "Qstep")}, {}, (), "short wait for there then_on", -0.2, takes_part=False),
     Row(F.StopAt, ("short",), {"place": lambda c: next(i.names[0] for i in c.items if i.kind == "short"), "by": lambda c: next(i.number for i in c.items if i.kind == "short")}, {}, (), "short stop end there", -0.1, takes_part=False),
     Row(F.StopAt, ("stop there",), {"place": lambda c: place()(c)}, {}, ("place",), "stop there", 0.1, takes_part=False),
     Row(F.StopAt, ("stop !there",), {"place": lambda c: place()(c)}, {}, (), "stop end touch there whole path", 0.2, takes_part=False),

@@ -72,6 +72,19 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
+def halted(frames: Sequence[F.SemanticFrame]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with a stop short of an object that lasts as a wait there: "stop 20 cm before it and wait 5 seconds"."""
+    made: list[F.SemanticFrame] = []
+    for frame in frames:
+        last = made[-1] if made else None
+        if isinstance(frame, F.Wait) and frame.duration and isinstance(last, F.StopAt) and last.by:
+            if frame.place in ("", "goal", last.place):
+                made[-1] = replace(frame, place=last.place, by=last.by, words=(*last.words, *frame.words))
+                continue
+        made.append(frame)
+    return tuple(made)
+
+
 STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}
 """The part of the path at each of its ends."""
 

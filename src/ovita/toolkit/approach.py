@@ -249,7 +249,28 @@ def stop_before(traj: ArrayLike, obj: Target, distance: float, *, brake: float =
         distance: [m], > 0, from the surface of an object with dimensions, else from the centre.
         brake: Braking distance as a fraction (0..1) of the path's length.
     """
-    rows, asked = arguments.waypoints(traj), arguments.positive(distance, "distance")
+    before, _ = _parted(arguments.waypoints(traj), obj, arguments.positive(distance, "distance"), frame)
+    return stop_at(before, "goal", brake=brake)
+
+
+@operation("Objects: come closer, stay away, pass")
+def wait_before(traj: ArrayLike, obj: Target, distance: float, steps: int = 10, *, frame: Frame = RFU) -> Array:
+    """Wait so many metres before an object for so many steps of 0.1 s, then go on.
+
+    It is where the path first comes so near; one that passes farther off is pulled so near before, as by pass_at.
+    Promise it by expect_stop with the same number as before.
+
+    Args:
+        traj: (N, 4); the result has a waypoint more and one for each step.
+        distance: [m], > 0, from the surface of an object with dimensions, else from the centre.
+        steps: Timesteps to wait, >= 1.
+    """
+    before, behind = _parted(arguments.waypoints(traj), obj, arguments.positive(distance, "distance"), frame)
+    return dwell(np.concatenate([before, behind]), len(before) - 1, steps)
+
+
+def _parted(rows: Array, obj: Target, asked: float, frame: Frame) -> tuple[Array, Array]:
+    """A path up to where it first comes so near to an object, a waypoint there included, and what is left of it."""
 
     def until(at: float) -> Array:
         whole = int(at)
@@ -267,7 +288,7 @@ def stop_before(traj: ArrayLike, obj: Target, distance: float, *, brake: float =
     for _ in range(40):
         middle = (low + high) / 2.0
         low, high = (low, middle) if near(middle) else (middle, high)
-    return stop_at(until(high), "goal", brake=brake)
+    return until(high), rows[int(high) + 1 :]
 
 
 def passes_at(target: Target, positions: Array, selected: Mask) -> float:

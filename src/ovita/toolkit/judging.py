@@ -147,9 +147,7 @@ class _Case:
 
     @property
     def name(self) -> str:
-        if "object" in self.values:
-            return str(self.values["object"])
-        return text.point(self.values["point"])
+        return str(self.values["object"]) if "object" in self.values else text.point(self.values["point"])
 
     def place(self, path: Array) -> Array:
         """The point (3,) [m] that is meant, where a path (N, 3) decides which of a surface is nearest."""
@@ -244,10 +242,8 @@ def _approach(case: _Case, sign: float) -> Outcome:
     asked = ""
     if "by" in case.values:
         by = float(case.values["by"])
-        # Nothing comes closer than the gap at which closer() ends.
-        arrived = sign < 0 and _arrived(case)
         held = gain >= by - max(SLACK, SLACK_RELATIVE * by) - TINY and gain > 0
-        held |= arrived and gain > noticed
+        held |= sign < 0 and gain > noticed and _arrived(case)  # nothing comes closer than that
         asked = f" (asked for {by:g} m)"
     sentence = (
         f"the nearest distance to {case.name} went from {old:.3f} to {new:.3f} m{asked}, "
@@ -525,6 +521,9 @@ def _stop(case: _Case) -> Outcome:
     stopped = speeds <= AT_REST
     if not stopped.any():
         return Outcome(False, f"the robot never stops; its lowest speed is {speeds.min():.3f} m/s")
+    if "before" in case.values:
+        gap, asked = _surface(case, case.adapted, stopped), float(case.values["before"])
+        return Outcome(_close(gap, asked), f"the robot stops {gap:.3f} m from {case.name} (asked {asked:g} m)")
     place = point(case.target) + case.offset
     distance = lengths(case.adapted[:, :3] - place)
     passed = float(distance.min())

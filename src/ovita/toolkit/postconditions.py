@@ -300,6 +300,7 @@ def expect_duration(
 def expect_stop(
     near: Target | None = None,
     *,
+    before: float | None = None,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
@@ -308,10 +309,14 @@ def expect_stop(
 
     Args:
         near: Object or point (3,) [m]: the stop is at the part of the path nearest to it. None: at the end.
+        before: The stop is so many metres before it, from its surface, within 1 cm or 10 %.
         offset: Direction words and metres of it: the stop is nearest to that place beside it, such as up=0.2.
     """
     if near is None:
         return _note("stop", {}, "the robot stops at the end", recorder)
+    if before is not None:
+        values = {**_target(near), "before": arguments.positive(before, "before")}
+        return _note("stop", values, f"the robot stops {before:g} m before {_name(near)}", recorder)
     beside = frame.words(arguments.offset(frame, offset))
     place = f"the place {say(beside)} of {_name(near)}" if beside else _name(near)
     values = {**_target(near), **({"offset": beside} if beside else {})}

@@ -452,6 +452,24 @@ def rests_at(pair: Pair, place: Any, *, steps: int | None = None, ends: bool = F
 
 
 @predicate
+def rests_before(pair: Pair, place: Any, by: float, *, steps: int | None = None) -> CheckResult:
+    """The robot stands so many metres before a place, from its surface, within 1 cm or 10 %, and then goes on.
+
+    Args:
+        place: An object's name.
+        steps: It waits for so many timesteps there, give or take a tenth.
+    """
+    still = pair.adapted[:, 3] <= 0.03 * float(np.median(pair.original[:, 3]))
+    wish, item = f"stand {by:g} m before {pair.place(place)[1]}", pair.item(place)
+    for a, b in runs(still[:-1]):
+        point = pair.adapted[[a, a], :3]
+        gap = closest_to_point(point, pair.place(place)[0])[0] if item is None else float(item.cuboid.closest(point)[0])
+        if abs(gap - by) <= max(0.01, 0.1 * by) and (steps is None or abs(b - a - steps) <= max(1, round(0.1 * steps))):
+            return say(True, wish, f"it stands {gap:.3f} m off for {b - a} timesteps")
+    return say(False, wish, "it does not")
+
+
+@predicate
 def lifted(pair: Pair, direction: str, degrees: float) -> CheckResult:
     """What lies on one side is lifted in proportion: by an angle, within 2 degrees or a fifth of it."""
     axis, up = pair.scene.frame.direction(direction), pair.scene.frame.direction("up")
