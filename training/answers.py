@@ -18,7 +18,8 @@ from realised import setting
 
 from ovita.bench.expected import expected
 from ovita.errors import OvitaError
-from ovita.instruct.frames import same, unaimed
+from ovita.instruct.frames import unaimed
+from ovita.instruct.meaning import same
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.policy import run_proven

@@ -19,8 +19,9 @@ from augment import check
 from evaluate_feedback import outcome
 
 from ovita.instruct.encoder import Network
-from ovita.instruct.frames import Reading, same
+from ovita.instruct.frames import Reading
 from ovita.instruct.learned import FEATURES, LearnedReader
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import show
 
 

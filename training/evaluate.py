@@ -25,7 +25,8 @@ from check import Example, examples
 from realised import alike
 
 from ovita.instruct import notation
-from ovita.instruct.frames import Reading, same
+from ovita.instruct.frames import Reading
+from ovita.instruct.meaning import same
 from ovita.paths.scene import Scene, SceneObject
 
 FOLDERS = {"train": "voices", "held_out": "held_out"}

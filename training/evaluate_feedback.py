@@ -22,6 +22,7 @@ from ovita.instruct import edits as E  # noqa: E402
 from ovita.instruct import frames as F  # noqa: E402
 from ovita.instruct.editing import Values, apply, slots  # noqa: E402
 from ovita.instruct.feedback import read_feedback  # noqa: E402
+from ovita.instruct.meaning import same  # noqa: E402
 from ovita.instruct.rules import read  # noqa: E402
 from ovita.paths.part import PathPart  # noqa: E402
 from ovita.paths.scene import Scene, SceneObject  # noqa: E402
@@ -74,7 +75,7 @@ def outcome(line: Example, reading: F.Reading | None) -> str:
     wanted, found = plain(line.edits), plain(reading.edits)
     commands = [[e.command for e in edits if isinstance(e, E.Command)] for edits in (wanted, found)]
     values = values_of(before)
-    right = commands[0] == commands[1] and F.same(
+    right = commands[0] == commands[1] and same(
         apply(wanted, before, scene, values), apply(found, before, scene, values)
     )
     return "right" if right and found else "wrong"

@@ -23,8 +23,9 @@ from realised import setting
 from ovita.errors import OvitaError
 from ovita.instruct.chunks import chunks
 from ovita.instruct.encoder import Network
-from ovita.instruct.frames import Reading, same
+from ovita.instruct.frames import Reading
 from ovita.instruct.learned import LearnedReader
+from ovita.instruct.meaning import same
 from ovita.instruct.numerals import written_out
 from ovita.instruct.referee import POINTS, both_readings, in_units
 from ovita.instruct.rules import read

@@ -8,7 +8,7 @@ from ovita.augment.ground import RandomScenes
 from ovita.augment.wording import NotOffered, draw, families_from, grammar, sentences, slots_of, slotted, with_voices
 from ovita.errors import RequestError
 from ovita.instruct import notation
-from ovita.instruct.frames import same
+from ovita.instruct.meaning import same
 from ovita.instruct.referee import understand
 
 

@@ -48,6 +48,7 @@ PAIRS = [
     ("zigzag size=5cm", "wave size=15cm waves=1"),
     ("shake at=cup", "shake at=goal"),
     ("wait at=cup for=2s", "wait at=box for=2s"),
+    ("arrive up by=20cm", "extend down=20cm"),
     ("wait at=cup by=30cm for=2s", "wait at=cup for=2s"),
     ("stop at=cup", "stop at=box"),
     ("tilt left 20deg", "tilt right 20deg"),

@@ -7,7 +7,8 @@ import pytest
 
 from ovita.dialogue.session import Session
 from ovita.errors import InputError
-from ovita.instruct.frames import Reading, same, with_selection
+from ovita.instruct.frames import Reading, with_selection
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject

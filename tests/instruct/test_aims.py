@@ -8,6 +8,7 @@ import pytest
 from ovita import Request, Robot, Scene, SceneObject, Trajectory, adapt
 from ovita.instruct import frames as F
 from ovita.instruct.learned import LearnedReader
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.rules import read
 
@@ -123,7 +124,7 @@ def test_an_aim_is_written_and_read_in_the_notation(said, plain):
     frames = parse(said, SCENE.names)
     assert frames[0].aim and show(frames) == said
     assert F.from_json(F.to_json(frames)) == frames
-    assert F.same(frames, parse(plain, SCENE.names))
+    assert same(frames, parse(plain, SCENE.names))
 
 
 def test_a_promise_of_the_top_is_broken_by_the_centre():

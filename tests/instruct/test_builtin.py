@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from unusual_requests import UNUSUAL
 
-from ovita.instruct.frames import same
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.referee import understand
 from ovita.paths.scene import Scene, SceneObject

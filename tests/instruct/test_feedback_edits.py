@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from ovita.instruct.editing import apply, by_hand
 from ovita.instruct.feedback import read_feedback
-from ovita.instruct.frames import Quantity, from_json, same, to_json
+from ovita.instruct.frames import Quantity, from_json, to_json
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
 from ovita.instruct.referee import feedback as refereed
 from ovita.instruct.rules import read

@@ -2,7 +2,7 @@
 
 import pytest
 
-from ovita.instruct.frames import same
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse
 
 OBJECTS = ("cup", "box")

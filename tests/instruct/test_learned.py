@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from ovita.instruct.encoder import encode, layout, network
-from ovita.instruct.frames import same
 from ovita.instruct.learned import LearnedReader
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.sketch import sketch
 from ovita.instruct.transformer import softmax

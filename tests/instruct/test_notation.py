@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from ovita.errors import InputError
-from ovita.instruct.frames import Pace, Quantity, same
+from ovita.instruct.frames import Pace, Quantity
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
 
 CORPUS = Path(__file__).parents[2] / "training" / "corpus"

@@ -11,6 +11,7 @@ from ovita.instruct import notation, referee
 from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import Reading
+from ovita.instruct.meaning import same
 from ovita.instruct.referee import judged, understand
 from ovita.instruct.rules import read
 from ovita.instruct.slots import TRAINED
@@ -150,7 +151,7 @@ def test_a_right_reading_is_not_contradicted(text, frames):
 )
 def test_limits_and_distances_are_done_as_they_are_said(text, meant):
     found = understand(text, SCENE)
-    assert found.outcome == "do" and F.same(found.reading.frames, notation.parse(meant, SCENE.names))
+    assert found.outcome == "do" and same(found.reading.frames, notation.parse(meant, SCENE.names))
 
 
 def test_the_command_shows_words_readings_and_verdict():
@@ -220,7 +221,7 @@ def test_a_length_without_a_unit_that_fits_the_path_is_in_metres():
     ],
 )
 def test_units_that_stand_apart_from_their_numbers(text, meant):
-    assert F.same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
+    assert same(understand(text, SCENE).reading.frames, notation.parse(meant, SCENE.names))
 
 
 @pytest.mark.parametrize("text", ["don't rush near the cup", "no rushing", "must not be fast"])
@@ -258,7 +259,7 @@ def test_a_bound_on_the_other_side_is_never_done(text, meant, opposite):
     assert verdict(text, Reading(), reading(opposite, confidence=0.99)).outcome != "do"
     assert verdict(text, Reading(), reading(meant, confidence=0.99)).outcome == "do"
     (frame,) = understand(text, SCENE).reading.frames
-    assert F.same((frame,), notation.parse(meant, SCENE.names))
+    assert same((frame,), notation.parse(meant, SCENE.names))
 
 
 def test_what_is_denied_may_be_bounded_from_the_other_side():

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ovita.instruct.frames import Reading, same
+from ovita.instruct.frames import Reading
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.referee import understand
 from ovita.instruct.rules import read

@@ -2,7 +2,8 @@
 
 import pytest
 
-from ovita.instruct.frames import Pace, same
+from ovita.instruct.frames import Pace
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.rules import read
 from ovita.paths.scene import Scene, SceneObject

@@ -6,7 +6,7 @@ from unusual_requests import UNUSUAL
 
 from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
-from ovita.instruct.frames import same
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.numerals import written_out
 from ovita.instruct.rules import read

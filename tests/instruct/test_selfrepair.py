@@ -3,7 +3,7 @@
 import pytest
 
 from ovita import Scene, SceneObject
-from ovita.instruct.frames import same
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.referee import understand
 from ovita.instruct.selfrepair import repaired

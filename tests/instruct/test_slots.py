@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from ovita.instruct.frames import Quantity, same
+from ovita.instruct.frames import Quantity
+from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
 from ovita.instruct.sketch import sketch
 from ovita.instruct.slots import HEADS, Unfit, atoms_of, items_of

@@ -25,6 +25,7 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.frames import name_of
+from ovita.instruct.meaning import canonical
 from ovita.instruct.notation import show
 from ovita.instruct.realise import realise
 from ovita.limits.problem import kind_of
@@ -142,6 +143,9 @@ def _placed(
         kind = kind_of(name)
         edges = np.array(SIZES.get(kind.name if kind else "", (0.5, 0.5, 0.5)))
         edges = edges * min(1.0, 0.06 * size / edges.max())
+        if any(isinstance(frame, F.Arrive) and frame.place == name for frame in frames):
+            yield SceneObject(name, path[-1] - np.array([0.0, 0.0, 0.05 * size]), edges)
+            continue
         yield SceneObject(name, path[k] + way * gap * aside - np.array([0.0, 0.0, 0.01 * size]), edges)
 
 
@@ -240,6 +244,8 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
             return replace(frame, shape="spiral" if shape in ("circle", "eight") else "circle", place=objects[0])
         case F.Smooth():
             return F.Figure(shape="zigzag", part=frame.part)
+        case F.Arrive():
+            return F.Extend(offset=(("down", frame.by),))
         case F.NoStop() if rest:
             return F.Wait(place=rest[0])
         case F.OneHeight():
@@ -258,7 +264,7 @@ def _other(frame: F.SemanticFrame, objects: Sequence[str]) -> F.SemanticFrame | 
 def _inverse(frame: F.SemanticFrame) -> F.SemanticFrame:
     match frame:
         case F.Resize():
-            plain = F.canonical(frame)
+            plain = canonical(frame)
             by = getattr(plain, "by", None)
             if by is None:
                 return replace(frame, change="smaller" if frame.change == "larger" else "larger")

@@ -11,6 +11,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import direction_word
+from ovita.instruct.meaning import canonical
 from ovita.measure import predicates as P
 from ovita.measure.predicates import Check, asked
 from ovita.paths.geometry import extent
@@ -277,6 +278,11 @@ def _steps(case: _Asked, q: F.Quantity | None) -> int:
     return max(1, 10 if q is None else round(q.value / (case.trajectory.timestep if q.unit in ("s", "") else 1.0)))
 
 
+def _arrive(case: _Asked, frame: F.Arrive) -> Check:
+    there = [] if case.has(F.MoveEnd, F.Shift) else [P.ends_at("goal", within=0.01 * case.extent)]
+    return P.all_of(asked.arrives_from(frame.direction, frame.by.value if frame.by else None), *there)
+
+
 def _wait(case: _Asked, frame: F.Wait) -> Check:
     place, steps = _place(frame.place or "goal", case), _steps(case, frame.duration)
     return asked.rests_before(place, frame.by.value, steps=steps) if frame.by else asked.rests_at(place, steps=steps)
@@ -518,7 +524,7 @@ def _tilt(case: _Asked, frame: F.Tilt) -> Check:
 
 
 def _resize(case: _Asked, frame: F.Resize) -> Check:
-    plain = F.canonical(frame)
+    plain = canonical(frame)
     assert isinstance(plain, F.Resize)
     if any(f.what in _ENDS for f in case.beside(frame, F.Keep)):
         return P.not_(P.same_path())
@@ -598,5 +604,5 @@ _CHECKS: Mapping[type[F.SemanticFrame], Callable[..., Check | None]] = {
     F.Shift: _shift, F.Clearance: _clearance, F.Visit: _visit, F.Pace: _pace, F.Keep: _keep, F.StopAt: _stop,
     F.Extend: _extend, F.Smooth: _smooth, F.Resample: _resample, F.Figure: _figure, F.Hop: _hop, F.Hover: _hover,
     F.Mirror: _mirror, F.Rotate: _rotate, F.Tilt: _tilt, F.Resize: _resize, F.Curve: _curve, F.Height: _height,
-    F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant, F.Avoid: _avoid,
+    F.Bound: _bound, F.Return: _return, F.Trim: _trim, F.Quadrant: _quadrant, F.Avoid: _avoid, F.Arrive: _arrive,
 }  # fmt: skip

@@ -318,7 +318,9 @@ TOOLS = frozenset("gripper hand wrist camera tool head".split())
 def _wish_left(it: Facts) -> str:
     """A wish after an "and" of which no word is known: "and frobnicate it"."""
     for clause in clauses(it.said):
-        strange = any(map(_is_strange, clause)) and all(c.kind in UNKNOWN | {"OBJ", "path", "slight"} for c in clause)
+        strange = any(map(_is_strange, clause)) and all(
+            c.kind in UNKNOWN | {"OBJ", "path", "slight", "approx"} for c in clause
+        )
         if strange and clause[0].kind == "and":
             return f"{' '.join(chunk.text for chunk in clause[1:])!r} has no place in it."
     return ""
@@ -476,7 +478,6 @@ NEVER = (
     _away_lost,
     _until_told,
     _compared,
-    _conditional,
     _thing_moved,
     _wish_left,
     _above_lost,
@@ -549,7 +550,7 @@ REFUSED = (_denied, _halt_denied, _side_denied, _one_of_two, _compared_in_denial
 LEFT = (_number_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
-CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
+CHECKS = (_turned, _negated, _unbounded, _conditional, *LEFT, *NEVER)
 
 
 def _among(held: Iterable[float], value: float) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved
 from ovita.instruct.degrees import Degree, nice
+from ovita.instruct.meaning import canonical
 from ovita.instruct.path_steps import spot, target
 from ovita.paths.geometry import runs, turning_angles
 from ovita.paths.part import WHOLE, PathPart, Unit
@@ -196,7 +197,7 @@ def resize(builder: PolicyBuilder, frame: F.Resize) -> None:
 
 def _size_factor(builder: PolicyBuilder, frame: F.Resize) -> float:
     """How many times as large the path becomes."""
-    plain = F.canonical(frame)
+    plain = canonical(frame)
     if not isinstance(plain, F.Resize) or plain.by is None:
         return _usual(builder, frame, frame.change == "smaller")
     if plain.by.unit not in ("x", "") or plain.by.value <= 0:

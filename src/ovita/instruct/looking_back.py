@@ -15,6 +15,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply
 from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.meaning import same
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading
 from ovita.paths.scene import Scene
 
@@ -204,7 +205,7 @@ def _agree(it: Retrospect, heard: Hearing) -> bool:
     if not all(both) or commands[0] != commands[1]:
         return False
     alike = slots[0] == slots[1] and all(slots[0])
-    return alike or F.same(*(apply(edits, it.said.before, Scene()) for edits in both))
+    return alike or same(*(apply(edits, it.said.before, Scene()) for edits in both))
 
 
 def _odds(likely: float) -> float:

@@ -301,6 +301,28 @@ def _extend_straight(builder: PolicyBuilder, frame: F.Extend) -> None:
     )
 
 
+def arrive(builder: PolicyBuilder, frame: F.Arrive) -> None:
+    """Straight to the goal from a direction."""
+    item = builder.item(frame.place)
+    if item is not None and not builder.has(F.MoveEnd):
+        gap, size = float(item.distance(builder.positions[-1:])[0]), item.dimensions
+        if gap > NEAR_GOAL * builder.scale.extent + (0.0 if size is None else float(np.max(size))):
+            builder.ask(f"The path ends {gap:.3g} m from {item.name}: should it end there?")
+    way = builder.word(frame.direction)
+    value = builder.length(frame.by, builder.step(frame), f'"from {FROM[way]}"')
+    name = builder.knob("approach", value, "by", f"length of the approach from {FROM[way]}", "by", direction=way)
+    code = f"traj = continue_to(move_goal(traj, {way}={name}), traj[-1, :3], smooth=False)"
+    plan = f"Reach the goal straight from {FROM[way]}, over the last {value:g} m."
+    builder.add(code, plan, f"expect_visits(traj[-1, :3], {way}={name}, within={builder.tolerance})")
+
+
+NEAR_GOAL = 0.1
+"""An object is at the goal if it is nearer than this share of the path's extent, and its own size."""
+
+FROM = {"up": "above", "down": "below", "left": "the left", "right": "the right", "front": "in front", "back": "behind"}
+"""Each direction word as where something comes from."""
+
+
 def come_back(builder: PolicyBuilder, frame: F.Return) -> None:
     """Straight on from the goal to where the path starts."""
     plan, goal = "After the goal, go straight back to the start.", {"goal": "expect_goal(traj[0, :3])"}
@@ -391,6 +413,6 @@ def keep(builder: PolicyBuilder, frame: F.Keep) -> None:
 
 
 PATH_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Height: height, F.OneHeight: level, F.Bound: bound,
-    F.Return: come_back, F.Quadrant: quadrant, F.Keep: keep,
+    F.Shift: shift, F.MoveEnd: move_end, F.Extend: extend, F.Arrive: arrive, F.Height: height, F.OneHeight: level,
+    F.Bound: bound, F.Return: come_back, F.Quadrant: quadrant, F.Keep: keep,
 }  # fmt: skip

@@ -29,19 +29,8 @@ STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height level"),
-    *(
-        "side",
-        "closer farther",
-        "clearance",
-        "via hop",
-        "bound",
-        "end",
-        "avoid",
-        "zigzag wave shake",
-        "nonstop",
-        "pace",
-        "cap floor",
-    ),
+    *("side", "closer farther", "clearance", "via hop", "bound", "end", "avoid", "arrive", "zigzag wave shake"),
+    *("nonstop", "pace", "cap floor"),
     *("extend return circle eight spiral hover wait stop", "trim waypoints"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
+from ovita.instruct.arriving import arrivals
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.compass import on_axes
 from ovita.instruct.contradictions import (
@@ -31,6 +32,7 @@ from ovita.instruct.contradictions import (
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
+from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
 from ovita.instruct.patterns import FRACTION
@@ -141,7 +143,7 @@ def understand(
     """
     positions = None if trajectory is None else trajectory.positions
     text, taken = on_axes(repaired(written_out(text), scene, positions), scene)
-    found = _moving_on(text, scene, positions, before) or _understood(
+    found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
@@ -164,11 +166,11 @@ def otherwise(
     positions = trajectory.positions
     text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
-    text, moving = denied_stops(text, scene, positions)
+    text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
         found = in_units(one, said, positions)
-        found = replace(found, frames=(*spread(found.frames, said), *moving))
-        if _may_be_meant(said, found) and not any(F.same(found.frames, old) for old in refused):
+        found = replace(found, frames=(*spread(found.frames, said), *apart))
+        if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
     return Understanding("decline", F.Reading(), "rules")
 
@@ -189,32 +191,43 @@ def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
     return _reads(reading) and not any(against)
 
 
-def _moving_on(
+def heard_apart(
+    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
+) -> tuple[str, tuple[F.SemanticFrame, ...]]:
+    """An utterance without what is heard before all else, and that: stops that are denied, a direction of approach."""
+    halted = any(isinstance(frame, HALTS) for frame in before)
+    text, moving = (text, ()) if halted else denied_stops(text, scene, positions)
+    text, coming = arrivals(text, scene, positions)
+    return text, (*moving, *coming)
+
+
+def _with_the_rest(
     text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
 ) -> Understanding | None:
-    """As `understand`, of an utterance that denies a stop; None of others, and where it asks for the same one."""
-    rest, moving = denied_stops(text, scene, positions)
-    if not moving or any(isinstance(frame, HALTS) for frame in before):
+    """As `understand`, where something is heard apart; None of other utterances, and if the rest speaks against it."""
+    rest, apart = heard_apart(text, scene, positions, before)
+    if not apart:
         return None
     if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
-        return Understanding("do", F.Reading(moving), "rules", confidence=1.0, rules=F.Reading(moving))
+        return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(apart))
     found = _understood(rest, scene, positions, before, quick=False)
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
         left = tuple(rest.split())
-        return replace(found, outcome="needs_confirmation", reading=F.Reading(moving, unread=left), unused=left)
-    if any(_stands(frame, moving) for frame in _frames(found.reading)):
+        return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=left), unused=left)
+    if any(_stands(frame, apart) for frame in _frames(found.reading)):
         return None
-    return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *moving)))
+    return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *apart)))
 
 
 HALTS = (F.StopAt, F.Wait, F.Hover)
 """Frames that make a robot stand still."""
 
 
-def _stands(frame: F.SemanticFrame, moving: Sequence[F.NoStop]) -> bool:
+def _stands(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
     """Whether a frame makes the robot stand still, or end, where it is said not to stop."""
-    anywhere = any(not one.part or one.part.places[:1] == frame.named[:1] for one in moving)
-    return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(one.part for one in moving) else HALTS)
+    there = [one.part for one in apart if isinstance(one, F.NoStop)]
+    anywhere = any(not part or part.places[:1] == frame.named[:1] for part in there)
+    return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(there) else HALTS)
 
 
 def _understood(
@@ -567,7 +580,7 @@ def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
 def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
     """Whether two readings differ only in parts of the path, degrees, and ending somewhere or passing there."""
     mine, theirs = (tuple(map(_roughly, frames)) for frames in (one, other))
-    return F.same(mine, theirs)
+    return same(mine, theirs)
 
 
 def _roughly(frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -581,7 +594,7 @@ def _roughly(frame: F.SemanticFrame) -> F.SemanticFrame:
 
 def _shared(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> float:
     """Which share of their frames two readings have in common."""
-    alike = sum(any(F.same((frame,), (twin,)) for twin in other) for frame in one)
+    alike = sum(any(same((frame,), (twin,)) for twin in other) for frame in one)
     return 2.0 * alike / max(len(one) + len(other), 1)
 
 
@@ -594,7 +607,7 @@ def _agree(one: F.Reading | None, other: F.Reading | None) -> bool:
     if one is None or other is None or not (_reads(one) and _reads(other)):
         return False
     plain = [[edit for edit in reading.edits if not isinstance(edit, Also)] for reading in (one, other)]
-    return plain[0] == plain[1] and F.same(_frames(one), _frames(other))
+    return plain[0] == plain[1] and same(_frames(one), _frames(other))
 
 
 def _items(reading: F.Reading) -> tuple[F.SemanticFrame | Edit, ...]:

@@ -13,6 +13,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import scale_of
 from ovita.instruct.frames import name_of
+from ovita.instruct.meaning import canonical_part
 from ovita.instruct.notation import COMMANDS, DIRECTIONS, EDITS, FRAMES, Where, main_slot, part_told, where_of
 from ovita.paths.part import WHOLE, PathPart, outside
 
@@ -179,7 +180,7 @@ def _directed(atom: Atom, direction: F.Direction, quantity: F.Quantity | None) -
 def _part_atom(part: PathPart) -> Atom:
     """What an atom says of a part of the path."""
     inside = part.parts[0] if part.kind == "outside" else part
-    where = where_of(F.canonical_part(inside))
+    where = where_of(canonical_part(inside))
     if where.kind not in PARTS:
         raise Unfit(f"a part that is {where.kind}")
     labels = {"part": where.kind, "outside": "" if inside is part else "outside"}

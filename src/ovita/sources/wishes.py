@@ -23,9 +23,9 @@ from ovita.instruct.frames import (
     Smooth,
     StopAt,
     Wait,
-    same,
 )
 from ovita.instruct.lexicon import term_at
+from ovita.instruct.meaning import same
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding, understand
 from ovita.paths.part import WHOLE, PathPart

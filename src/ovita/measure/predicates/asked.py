@@ -470,6 +470,21 @@ def rests_before(pair: Pair, place: Any, by: float, *, steps: int | None = None)
 
 
 @predicate
+def arrives_from(pair: Pair, direction: str, by: float | None = None) -> CheckResult:
+    """The path ends along the opposite of a direction, within 10 degrees, over so much or a fiftieth of its length."""
+    path = pair.adapted[:, :3]
+    s = arc_length(path)
+    asked = by if by is not None else 0.02 * float(s[-1])
+    before = interpolate(path, np.array([np.interp(s[-1] - 0.9 * asked, s, np.arange(len(s)))]))[0]
+    way = before - path[-1]
+    along = float(way @ pair.scene.frame.direction(direction)) / max(float(np.linalg.norm(way)), 1e-9)
+    straight = float(np.linalg.norm(way)) >= 0.99 * 0.9 * asked
+    angle = float(np.degrees(np.arccos(np.clip(along, -1.0, 1.0))))
+    wish = f"come to the goal from {direction} over {asked:.3g} m"
+    return say(straight and angle <= 10.0, wish, f"it comes {angle:.0f} degrees off that")
+
+
+@predicate
 def lifted(pair: Pair, direction: str, degrees: float) -> CheckResult:
     """What lies on one side is lifted in proportion: by an angle, within 2 degrees or a fifth of it."""
     axis, up = pair.scene.frame.direction(direction), pair.scene.frame.direction("up")

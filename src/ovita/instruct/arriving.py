@@ -1,0 +1,86 @@
+"""From where the goal is reached: "approach the tray from above", "straight down for the last 8 cm".
+
+It is read before anybody reads the rest, and its words become blanks, so that all other words keep their places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.frames import Arrive, Quantity
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+COMING = frozenset(
+    """approach approaching approached arrive arrives arriving arrival come comes coming came descend descends
+    descending descent land lands landing lower lowers lowering enter enters entering end ends ending finish finishes
+    finishing""".split()
+)
+"""Words for reaching the goal."""
+
+UPRIGHT = frozenset("vertical vertically plumb overhead".split())
+"""Words for a way that is neither left nor right."""
+
+ABOVE = ("from above", "from overhead")
+PAUSES = ("comma", "dot", "and")
+PASSED = frozenset(
+    "straight in on down from then for the a over near at right directly to onto it by of nice like not side".split()
+)
+"""Words that go with it, and say nothing else."""
+
+
+def arrivals(text: str, scene: Scene, positions: Array | None = None) -> tuple[str, tuple[Arrive, ...]]:
+    """An utterance without the direction from which the goal is reached, and that as a frame.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        positions: The path (N, 3) [m], or None.
+    """
+    said, _ = chunks(text, scene, positions)
+    at = next((i for i in range(len(said)) if _from_above(said, i)), -1)
+    if at < 0:
+        return text, ()
+    clause = _said_of_it(said, at)
+    lengths = [chunk for chunk in clause if chunk.kind == "Qm"]
+    things = [chunk for chunk in clause if chunk.kind in ("OBJ", "goal")]
+    coming = COMING.intersection(word for chunk in clause for word in chunk.text.lower().split())
+    last = bool(lengths) and any(chunk.kind in ("nth", "last") for chunk in clause)
+    if not all(map(_belongs, clause)) or len(lengths) > 1 or len(things) > 1 or not (coming or last):
+        return text, ()
+    by = Quantity(lengths[0].number.value, "m", said=lengths[0].number.said) if lengths else None
+    place = things[0].names[0] if things and things[0].kind == "OBJ" else ""
+    begin, end = clause[0].span[0], clause[-1].span[1]
+    return text[:begin] + " " * (end - begin) + text[end:], (Arrive(direction="up", by=by, place=place),)
+
+
+def _from_above(said: Sequence[Chunk], i: int) -> bool:
+    """Whether a chunk says that something comes from above: "from above", "vertically", "straight down"."""
+    word = said[i].text.lower()
+    if word in UPRIGHT:
+        return True
+    behind = said[i + 1].kind if i + 1 < len(said) else "dot"
+    above = word in ABOVE or (word == "above" and any(chunk.kind == "from" for chunk in said[max(i - 2, 0) : i]))
+    down = word == "down" and i > 0 and said[i - 1].text.lower() == "straight"
+    return (above or down) and behind not in ("OBJ", "filler")
+
+
+def _said_of_it(said: Sequence[Chunk], i: int) -> Sequence[Chunk]:
+    """The clause around a chunk, and those behind it that say more of the same: "..., vertical, final 30 mm"."""
+    begin = max((k + 1 for k in range(i) if said[k].kind in PAUSES), default=0)
+    end = next((k for k in range(i, len(said)) if said[k].kind in PAUSES), len(said))
+    while end < len(said) and said[end].kind == "comma":
+        then = next((k for k in range(end + 1, len(said)) if said[k].kind in PAUSES), len(said))
+        more = said[end + 1 : then]
+        if not more or not all(map(_belongs, more)) or any(chunk.kind in ("OBJ", "goal") for chunk in more):
+            break
+        end = then
+    return said[begin:end]
+
+
+def _belongs(chunk: Chunk) -> bool:
+    """Whether a chunk says no more than how, where and over what length the goal is reached."""
+    words = chunk.text.lower().split()
+    known = COMING | UPRIGHT | PASSED | {"above", "straight"}
+    return chunk.kind in ("filler", "OBJ", "goal", "Qm", "nth", "comma") or known.issuperset(words)
