@@ -478,6 +478,7 @@ NEVER = (
     _away_lost,
     _until_told,
     _compared,
+    _conditional,
     _thing_moved,
     _wish_left,
     _above_lost,
@@ -550,7 +551,7 @@ REFUSED = (_denied, _halt_denied, _side_denied, _one_of_two, _compared_in_denial
 LEFT = (_number_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
-CHECKS = (_turned, _negated, _unbounded, _conditional, *LEFT, *NEVER)
+CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
 
 
 def _among(held: Iterable[float], value: float) -> bool:
