@@ -19,7 +19,7 @@ from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
-from ovita.paths.part import WHOLE, PathPart, outside
+from ovita.paths.part import PathPart, outside
 from ovita.text import quoted
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
@@ -326,6 +326,27 @@ def _wish_left(it: Facts) -> str:
     return ""
 
 
+def _other_deed(it: Facts) -> str:
+    """A wish after an "and" for what is no matter of the path: "and open it", "and say hello"."""
+    for clause in clauses(it.said):
+        words = [word for chunk in clause for word in chunk.text.lower().split() if word not in LINKS]
+        beside = clause[0].kind == "and" and all(chunk.kind in BESIDE for chunk in clause)
+        if beside and words[:1] and words[0] in DEEDS:
+            return f"{' '.join(chunk.text for chunk in clause[1:])!r} is no matter of the path."
+    return ""
+
+
+BESIDE = UNKNOWN | {"OBJ", "path", "approx", "slight", "turns", "on", "at", "near", "there"}
+"""Classes of words in a clause that is about nothing of the path."""
+
+LINKS = ("and", "then", "also", "please")
+DEEDS = frozenset(
+    """open close shut say sing play press push ring grab grip pick pour photograph film record scan snap shoot beep
+    honk wave call text tell ask send turn switch light fire""".split()
+)
+"""Verbs for what else a robot may do."""
+
+
 def _is_strange(chunk: Chunk) -> bool:
     """Whether a word may ask for something that no frame holds: one that is unknown, or "dance"."""
     return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
@@ -348,7 +369,8 @@ def _above_lost(it: Facts) -> str:
 def _pointed(it: Facts) -> str:
     """A place that is only pointed at, where the whole path is changed: "speed up over there"."""
     local = F.Pace | F.Shift | F.Height | F.Smooth | F.Approach
-    placed = any(frame.named or frame.part != WHOLE or not isinstance(frame, local) for frame in it.frames)
+    lasts = any(q.unit == "s" for frame in it.frames for q in frame.quantities.values())  # "get there in 12 seconds"
+    placed = lasts or any(frame.named or frame.part or not isinstance(frame, local) for frame in it.frames)
     clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
     if clause is None or placed or all(_elsewhere(frame, [clause]) for frame in it.frames):
         return ""
@@ -481,6 +503,7 @@ NEVER = (
     _conditional,
     _thing_moved,
     _wish_left,
+    _other_deed,
     _above_lost,
     _pointed,
     _without_unit,

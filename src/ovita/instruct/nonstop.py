@@ -25,6 +25,7 @@ DENIED = frozenset(
         *("without", "must not", "mustn't", "must never", "should not", "shouldn't", "should never", "shall not"),
         *("may not", "not ever", "don't want", "do not want", "no need", "need not", "needn't", "instead of"),
         *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor"),
+        *("skip", "remove", "cut", "drop", "delete", "cancel", "scrap", "lose", "leave out", "take out", "get rid of"),
     )
 )
 """Words that deny what should be; others say what is: "it didn't stop there"."""
@@ -32,10 +33,15 @@ DENIED = frozenset(
 NONSTOP, MOVING = "nonstop", "keep moving"
 """What says by itself that there is no stop."""
 
+OTHERS = (NONSTOP, MOVING, "stop by")
+"""What is a halt besides, where it is denied."""
+
 LASTING = frozenset(("short", "good"))
 """Words of a stop that is not one on the way: "stop short", "stop for good"."""
 
-BETWEEN = frozenset(("it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need"))
+BETWEEN = frozenset(
+    ("the", "that", "this", "its", "it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need")
+)
 """Fillers between a denial and what it denies."""
 
 LEADING = ("filler", "at", "in", "on", "by", "near", "over", "whole", "path", "between", "before", "after")
@@ -69,7 +75,8 @@ def denied_stops(text: str, scene: Scene, positions: Array | None = None) -> tup
         positions: The path (N, 3) [m], or None.
     """
     said, _ = chunks(text, scene, positions)
-    halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in (NONSTOP, MOVING)]
+    halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in OTHERS]
+    halts = [i for i in halts if said[i].kind in HALTS or _denial(said, i) is not None]
     denials = [denial for denial in (_denial(said, i) for i in halts) if denial is not None]
     elsewhere = len(denials) < len(halts) and any(denial.named < 0 for denial in denials)
     if elsewhere or "why" in text.lower().split():
@@ -88,7 +95,11 @@ def _denial(said: Sequence[Chunk], halt: int) -> _Denial | None:
         return _Denial(first, halt, halt + 1, -1, WHOLE)
     if first < 0 or (first < halt and not (said[first].text.lower() in DENIED and LASTING.isdisjoint(word.split()))):
         return None
-    if first and said[first - 1].text.lower().startswith(("there", "does")):
+    if (
+        first
+        and said[first].text.lower() in ("no", "not")
+        and said[first - 1].text.lower().startswith(("there", "does"))
+    ):
         return None
     behind = list(takewhile(_leads, said[halt + 1 :]))
     at = halt + 1 + len(behind)

@@ -288,12 +288,15 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         axis = builder.axis(word)
         half, ref = extent(item, axis), builder.ref(item)
         gap = max(builder.scale.step("slight"), builder.room(item), *_kept_from(builder, item))
-        words = f"{OF[word]} {item.name}"
-        builder.assume(f"the distance kept {words} is {gap:g} m")
-        reach = (builder.positions - item.position) @ axis
-        name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
+        words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
         stays = min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
-        if not (where or frame.along or stays):
+        passes = not (where or frame.along or stays)
+        if passes:  # no nearer than it passes now, as far as that goes
+            now = min(surface_distance(item, builder.positions), builder.scale.step("moderate"))
+            gap = max(gap, nice(max(now, 0.0)))
+        builder.assume(f"the distance kept {words} is {gap:g} m")
+        name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
+        if passes:
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
             place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
             room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out

@@ -248,6 +248,9 @@ def _short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> str:
 
 def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps: str, lasting: str) -> None:
     """Stand still so far from an object's surface, where the path first comes so near, then go on."""
+    nearest = surface_distance(item, builder.positions)
+    if nearest > builder.metres(q):
+        builder.ask(f"The path comes no nearer than {nearest:.3g} m to {item.name}: where should it wait?")
     name, ref = _short(builder, item, q), builder.ref(item)
     plan = f"Wait {lasting} {builder.metres(q):g} m before {item.name}."
     builder.add(f"traj = wait_before(traj, {ref}, {name}, {steps})", plan, f"expect_stop({ref}, before={name})")

@@ -449,6 +449,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("Qv from", lambda f: [merged(f[1:], "slower"), replace(f[0], value="by")] if f[1].text.lower() == "off" else None),
     ("Qm to height", lambda f: [merged(f[1:], "up"), f[0]] if f[1].text.lower() == "onto" else None),
     ("END|endup|startat back OBJ", lambda f: [*f[:2], merged(f[2:], "obj", value="of")] if f[1].text.lower() == "behind" else None),
+    ("extend (?=OBJ (?:comma |dot |and |$))", lambda f: merged(f, "pass") if f[0].text.lower().endswith("past") else None),
     ("keep (?=farther Qm from )", lambda f: merged(f, "filler")),
     # numbers
     ("by? Qs faster|slower", lambda f: [f[-1], merged(f[:-1], "Qdt", q=numbers(f)[0])]),

@@ -251,7 +251,7 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = replace(reading, frames=halted(reading.frames))
+    reading = replace(reading, frames=halted(reading.frames, said))
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

@@ -72,10 +72,16 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
-def halted(frames: Sequence[F.SemanticFrame]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with a stop short of an object that lasts as a wait there: "stop 20 cm before it and wait 5 seconds"."""
+def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with a stop short of an object as a wait there, where it lasts or the path goes on after it.
+
+    "Stop 20 cm before the cup and wait 5 seconds", "stop 20 cm before the cup, then continue".
+    """
     made: list[F.SemanticFrame] = []
+    on = any(chunk.kind == "then_on" for chunk in said)
     for frame in frames:
+        if isinstance(frame, F.StopAt) and frame.by and on and len(frames) == 1:
+            return (F.Wait(place=frame.place, by=frame.by, words=frame.words),)
         last = made[-1] if made else None
         if isinstance(frame, F.Wait) and frame.duration and isinstance(last, F.StopAt) and last.by:
             if frame.place in ("", "goal", last.place):

@@ -522,7 +522,8 @@ def _stop(case: _Case) -> Outcome:
     if not stopped.any():
         return Outcome(False, f"the robot never stops; its lowest speed is {speeds.min():.3f} m/s")
     if "before" in case.values:
-        gap, asked = _surface(case, case.adapted, stopped), float(case.values["before"])
+        asked, at_rest = float(case.values["before"]), np.eye(len(speeds), dtype=bool)[stopped]
+        gap = min((_surface(case, case.adapted, one) for one in at_rest), key=lambda found: abs(found - asked))
         return Outcome(_close(gap, asked), f"the robot stops {gap:.3f} m from {case.name} (asked {asked:g} m)")
     place = point(case.target) + case.offset
     distance = lengths(case.adapted[:, :3] - place)

@@ -64,11 +64,15 @@ def shift_speed(traj: ArrayLike, by: float, *, where: ArrayLike | None = None) -
 def set_speed(traj: ArrayLike, speed: float, *, where: ArrayLike | None = None) -> Array:
     """Set the speed to so many m/s.
 
+    Waypoints at rest stay at rest, so that starts, stops and dwells survive, unless all that are meant are at rest.
+
     Args:
         speed: [m/s], >= 0.
     """
     rows = arguments.waypoints(traj)
-    rows[arguments.mask(where, len(rows)), 3] = arguments.number(speed, "speed", low=0.0)
+    chosen = arguments.mask(where, len(rows))
+    moving = chosen & (rows[:, 3] > 0.0)
+    rows[moving if moving.any() else chosen, 3] = arguments.number(speed, "speed", low=0.0)
     return rows
 
 
