@@ -135,3 +135,17 @@ def test_a_wait_short_of_a_thing_is_one_there(said):
     assert show(result.frames).startswith("wait at=jar by=") and result.status == "done"
     assert len(standing) == 50 and np.allclose(standing, [0.55 - 0.03**0.5, 0.0, 0.3], atol=0.001)
     assert np.allclose(result.adapted.positions[-1], PATH.positions[-1])
+
+
+def test_a_halt_before_a_thing_is_a_little_short_of_it():
+    scene = Scene((SceneObject("jar", [0.6, 0.15, 0.3], [0.1, 0.1, 0.1]),))
+    result = adapt(Request("before you get to the jar, hold for 3 seconds", PATH, scene))
+    standing = result.adapted.positions[result.adapted.dwells]
+    assert result.status == "done" and len(standing) == 30 and (standing[:, 0] < 0.55).all()
+    asked = adapt(Request("wait 5 cm before the jar", PATH, scene))
+    assert asked.status == "needs_clarification" and "comes no nearer than 0.1 m" in asked.question
+
+
+@pytest.mark.parametrize("said", ["creep past the workbench", "slow to a crawl near the workbench"])
+def test_a_crawl_is_much_slower(said):
+    assert show(adapt(Request(said, PATH, SCENE)).frames) == "pace slower deg=large @near=workbench"

@@ -4,9 +4,8 @@ import pytest
 
 from ovita import Scene, SceneObject
 from ovita.instruct.meaning import same
-from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.referee import heard_apart, understand
 
 SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase", [0.9, 0.1, 0.1], [0.1] * 3)))
 
@@ -49,6 +48,6 @@ def test_what_denies_no_stop_asks_for_none_to_go(said):
 
 def test_words_keep_their_places_and_the_object_stays_where_later_words_mean_it():
     said = "don't stop at the cup, just slow down there"
-    rest, (found,) = denied_stops(said, SCENE)
+    rest, (found,) = heard_apart(said, SCENE, None, ())
     assert len(rest) == len(said) and rest.split() == "at the cup, just slow down there".split()
     assert show((found,)) == "nonstop @near=cup"

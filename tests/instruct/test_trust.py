@@ -6,6 +6,7 @@ import pytest
 from ovita import Request, Scene, SceneObject, Trajectory, adapt
 from ovita.chain import rerun
 from ovita.errors import PolicyError
+from ovita.instruct.notation import show
 
 N = 60
 T = np.linspace(0, 1, N)
@@ -375,3 +376,13 @@ def test_a_wish_and_a_place_in_the_form_of_a_condition_are_done(sentence):
 
 def test_an_arrow_leads_to_its_object():
     assert done("goal -> cup").adapted.positions[-1] == pytest.approx([0.5, 1.0, 0.5])
+
+
+@pytest.mark.parametrize("sentence", ["wait at the cup for 3 s and open it", "slow down near the cup and say hello"])
+def test_what_else_a_robot_should_do_is_told_before_anything_is_done(sentence):
+    result = said(sentence)
+    assert result.status == "needs_confirmation" and "is no matter of the path" in result.message
+
+
+def test_to_go_past_a_thing_is_not_to_end_at_it():
+    assert "extend" not in show(said("go past the cup").frames or said("go past the cup").proposal.frames)

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import Arrive, Quantity
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array
 
 COMING = frozenset(
     """approach approaching approached arrive arrives arriving arrival come comes coming came descend descends
@@ -30,15 +28,13 @@ PASSED = frozenset(
 """Words that go with it, and say nothing else."""
 
 
-def arrivals(text: str, scene: Scene, positions: Array | None = None) -> tuple[str, tuple[Arrive, ...]]:
+def arrivals(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Arrive, ...]]:
     """An utterance without the direction from which the goal is reached, and that as a frame.
 
     Args:
         text: As it was said or typed.
-        scene: Whose objects it may name.
-        positions: The path (N, 3) [m], or None.
+        said: The same in chunks.
     """
-    said, _ = chunks(text, scene, positions)
     at = next((i for i in range(len(said)) if _from_above(said, i)), -1)
     if at < 0:
         return text, ()

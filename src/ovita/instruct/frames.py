@@ -28,10 +28,10 @@ Role = Literal["by", "to", "at", "at_least", "at_most", "of"]
 End = Literal["start", "goal", "ends"]
 Sense = Literal["cw", "ccw"]
 Axis = Literal["left", "front", "up", "x", "y", "z"]
-Aim = Literal["", "top", "surface", "beside", "above", "below", "behind"]
+Aim = Literal["", "top", "surface", "beside", "above", "below", "behind", "short"]
 """Where at an object a path ends, passes or waits: "" its centre, the usual; "top" right on top of it; "surface" where
-it is nearest to the path, so that it is touched; "beside" a little off the side that faces the path; "above", "below"
-and "behind" a little off it in that direction."""
+it is nearest to the path, so that it is touched; "beside" a little off the side that faces the path; "short" a little
+before it on the way; "above", "below" and "behind" a little off it in that direction."""
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
 
-from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import NoStop
 from ovita.paths.part import WHOLE, PathPart
-from ovita.paths.scene import Scene
-from ovita.paths.trajectory import Array
 
 HALTS = ("stop", "wait", "hover")
 """Classes of words for a halt."""
@@ -64,17 +62,15 @@ class _Denial:
     part: PathPart
 
 
-def denied_stops(text: str, scene: Scene, positions: Array | None = None) -> tuple[str, tuple[NoStop, ...]]:
+def denied_stops(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[NoStop, ...]]:
     """An utterance without the stops that it denies, and where there is to be none.
 
     It is left as it is where a stop is asked for and one is denied without a place of its own.
 
     Args:
         text: As it was said or typed.
-        scene: Whose objects it may name.
-        positions: The path (N, 3) [m], or None.
+        said: The same in chunks.
     """
-    said, _ = chunks(text, scene, positions)
     halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in OTHERS]
     halts = [i for i in halts if said[i].kind in HALTS or _denial(said, i) is not None]
     denials = [denial for denial in (_denial(said, i) for i in halts) if denial is not None]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
-from ovita.instruct.degrees import FASTER, SLOWER
+from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
 from ovita.paths.scene import SceneObject
@@ -215,8 +215,9 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     builder.assume("to stop means to end there; say 'wait' to go on afterwards")
-    if item is not None and frame.by is not None:
-        _stop_short(builder, item, frame.by)
+    short_of = _short_of(builder, item, frame)
+    if item is not None and short_of is not None:
+        _stop_short(builder, item, short_of)
     elif item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)
         builder.goal_moved = True
@@ -225,6 +226,16 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
     else:
         plan, promise = f"Slow down and stop {words}; the trajectory ends there.", f"near={at}" if item else ""
         builder.add(f"traj = stop_at(traj, {at})", plan, f"expect_stop({promise})")
+
+
+def _short_of(builder: PolicyBuilder, item: SceneObject | None, frame: F.StopAt | F.Wait) -> F.Quantity | None:
+    """How far before an object to stop: as it is said, or a little before it; None at it."""
+    if item is None or frame.by is not None or frame.aim != "short":
+        return frame.by
+    nearest = surface_distance(item, builder.positions)
+    by = nice(max(builder.scale.step("slight"), 1.2 * nearest))
+    builder.assume(f"before {item.name} is {by:g} m before it")
+    return F.Quantity(by, "m")
 
 
 def _stop_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> None:
@@ -261,8 +272,9 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     at, words = spot(builder, frame.place)
     name, item = steps(builder, frame.duration), builder.item(frame.place)
     lasting = waited(builder, name)
-    if item is not None and frame.by is not None:
-        _wait_short(builder, item, frame.by, name, lasting)
+    short_of = _short_of(builder, item, frame)
+    if item is not None and short_of is not None:
+        _wait_short(builder, item, short_of, name, lasting)
         return
     if item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)

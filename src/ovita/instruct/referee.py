@@ -39,7 +39,7 @@ from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import contrasted, halted, spread, with_units
+from ovita.instruct.together import contrasted, crawling, halted, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -196,8 +196,9 @@ def heard_apart(
 ) -> tuple[str, tuple[F.SemanticFrame, ...]]:
     """An utterance without what is heard before all else, and that: stops that are denied, a direction of approach."""
     halted = any(isinstance(frame, HALTS) for frame in before)
-    text, moving = (text, ()) if halted else denied_stops(text, scene, positions)
-    text, coming = arrivals(text, scene, positions)
+    said, _ = chunks(text, scene, positions)
+    text, moving = (text, ()) if halted else denied_stops(text, said)
+    text, coming = arrivals(text, chunks(text, scene, positions)[0] if moving else said)
     return text, (*moving, *coming)
 
 
@@ -251,7 +252,7 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = replace(reading, frames=halted(reading.frames, said))
+    reading = replace(reading, frames=crawling(halted(reading.frames, said), said))
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

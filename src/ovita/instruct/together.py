@@ -91,6 +91,19 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
     return tuple(made)
 
 
+def crawling(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames whose one slowing down is a large one, where a word says so: "creep past the cup"."""
+    slower = [f for f in frames if isinstance(f, F.Pace) and f.change == "slower"]
+    words = {word for chunk in said if chunk.kind in ("slower", "creep") for word in chunk.text.lower().split()}
+    if len(slower) != 1 or slower[0].amount or slower[0].degree or words.isdisjoint(CRAWLING):
+        return frames
+    return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
+
+
+CRAWLING = frozenset("crawl crawls crawling creep creeps creeping snail snail's inch tortoise dawdle tiptoe".split())
+"""Words for being much slower."""
+
+
 STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}
 """The part of the path at each of its ends."""
 
@@ -344,8 +357,8 @@ MEANT: Mapping[type[F.SemanticFrame], Mapping[str, F.Aim]] = {
     F.MoveEnd: _ON | {"above": "above", "below": "below", "behind": "behind", "beside": "beside", "by": "beside"},
     F.Extend: _ON,
     F.Visit: {"resting": "top", "touching": "surface", "beside": "beside", "by": "beside"},
-    F.StopAt: {"resting": "top"},
-    F.Wait: {"resting": "top"},
+    F.StopAt: {"resting": "top", "short": "short"},
+    F.Wait: {"resting": "top", "short": "short"},
 }
 """What words before an object say of it in each kind of frame; "wait on the table" may be said of a place beside it."""
 
