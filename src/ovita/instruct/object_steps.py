@@ -201,6 +201,8 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     plan = f"Bend the path {frame.relation} {item.name}, {gap:g} m {word} its {end}."
     promise = f"expect_side({word!r}, {name}, of={ref}, within={builder.tolerance / 2})"
     _through(builder, ref, plan, f", {side}={_beyond(name, half)}", promise)
+    if q is not None and side == "up" and surface_distance(item, builder.positions) < 0.9 * gap:
+        builder.add(f"traj = hop(traj, {ref}, {name})")  # level over all of it, not only over its centre
 
 
 def _kept_clear(builder: PolicyBuilder, item: SceneObject) -> list[float]:
