@@ -326,6 +326,17 @@ def _wish_left(it: Facts) -> str:
     return ""
 
 
+def _share_lost(it: Facts) -> str:
+    """A share of a thing's height, which no frame can hold: "no higher than half the mast"."""
+    lost = any(isinstance(frame, F.Height) and frame.of for frame in it.frames) and it.plain & HALVES
+    held = set[float]().union(*map(_values, it.frames))
+    return f"{it.word(HALVES)} has no place in it." if lost and not _among(held, 0.5) else ""
+
+
+HALVES = frozenset(("half", "halve"))
+"""Classes of words for a half."""
+
+
 def _other_deed(it: Facts) -> str:
     """A wish after an "and" for what is no matter of the path: "and open it", "and say hello"."""
     for clause in clauses(it.said):
@@ -504,6 +515,7 @@ NEVER = (
     _thing_moved,
     _wish_left,
     _other_deed,
+    _share_lost,
     _above_lost,
     _pointed,
     _without_unit,

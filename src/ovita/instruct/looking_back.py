@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import same
@@ -32,6 +33,41 @@ BACKWARD = frozenset(
     ok okay good better further another undo redo forget cancel scrap drop kill lose remove yes original""".split()
 )
 """Words that speak of what was done, or of what is meant instead."""
+
+
+TOO_MUCH, TOO_LITTLE = (frozenset(words.split()) for words in ("far much long big large wide", "short little small"))
+"""Words behind an amount and "too" for what is so much too much, and for what is missing."""
+
+
+def in_excess(edits: tuple[E.Edit, ...], said: Sequence[Chunk]) -> tuple[E.Edit, ...]:
+    """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
+    words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
+    return tuple(
+        replace(edit, step=step)
+        if isinstance(edit, E.Set)
+        and not edit.step
+        and (step := _less_or_more(edit, words.get(edit.quantity.value, "")))
+        else edit
+        for edit in edits
+    )
+
+
+END = Chunk("dot", "", (0, 0))
+"""Stands behind the last chunk."""
+
+
+def _excess(behind: Chunk, then: Chunk) -> str:
+    """The word behind an amount for what is too much, or missing; "" where there is none."""
+    if behind.text.lower() == "off" and then.kind in ("dot", "comma", "and"):
+        return "much"
+    return then.text.lower() if behind.kind == "too" else ""
+
+
+def _less_or_more(edit: E.Set, word: str) -> Literal[-1, 0, 1]:
+    """Whether so much less (-1) or more (1) is wanted of what is too much or missing."""
+    if word in ("high", "low"):
+        return -1 if (word == "low") == (edit.slot == "down") else 1
+    return -1 if word in TOO_MUCH else int(word in TOO_LITTLE)  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import contrasted, crawling, halted, spread, with_units
+from ovita.instruct.together import as_named, contrasted, halted, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -252,7 +252,7 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = replace(reading, frames=crawling(halted(reading.frames, said), said))
+    reading = replace(reading, frames=as_named(halted(reading.frames, said), said))
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
@@ -287,12 +287,12 @@ def overheard(
 ) -> tuple[Retrospect, Hearing | None]:
     """An utterance as feedback and as an instruction by the rules, and what the network says if it has to be asked."""
     from ovita.instruct.feedback import retrospect
-    from ovita.instruct.looking_back import Hearing
+    from ovita.instruct.looking_back import Hearing, in_excess
 
     text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
-    edits = in_units(found.reading, said, positions).edits
+    edits = in_excess(in_units(found.reading, said, positions).edits, said)
     found = replace(found, best=replace(found.best, edits=edits))
     guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
     reader = None if guessed or not before else learned_reader()
@@ -300,6 +300,7 @@ def overheard(
         return found, None
     heard = reader.hear(text, scene, positions, before)
     learned, alone = in_units(reader.reading(heard), said, positions), reader.read(text, scene, positions)
+    learned = replace(learned, edits=in_excess(learned.edits, said))
     return found, Hearing(learned, alone)
 
 

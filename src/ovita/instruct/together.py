@@ -91,8 +91,12 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
     return tuple(made)
 
 
-def crawling(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames whose one slowing down is a large one, where a word says so: "creep past the cup"."""
+def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with what words call by name: a loop is no figure eight, and to creep past the cup is much slower."""
+    kinds = {chunk.kind for chunk in said}
+    if "eight" not in kinds and kinds & {"circle", "laps"}:
+        eights = [isinstance(frame, F.Figure) and frame.shape == "eight" for frame in frames]
+        frames = tuple(replace(f, shape="circle") if eight else f for f, eight in zip(frames, eights, strict=True))  # type: ignore[call-arg]
     slower = [f for f in frames if isinstance(f, F.Pace) and f.change == "slower"]
     words = {word for chunk in said if chunk.kind in ("slower", "creep") for word in chunk.text.lower().split()}
     if len(slower) != 1 or slower[0].amount or slower[0].degree or words.isdisjoint(CRAWLING):
