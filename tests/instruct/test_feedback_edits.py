@@ -230,3 +230,25 @@ def test_the_training_voices_are_read(tmp_path):
     counts = measured(tmp_path, every=4).values()
     right, read = sum(c["right"] for c in counts), sum(c.total() - c["none"] for c in counts)
     assert right >= 0.8 * read and read > 150, f"{right} of {read}"
+
+
+@pytest.mark.parametrize(
+    ("before", "said", "after"),
+    [
+        ("move up=10cm", "too high, take 3 cm off", "move up=7cm"),
+        ("move down=10cm", "3 cm too low", "move down=7cm"),
+        ("wait at=cup for=3s", "2 seconds too long", "wait at=cup for=1s"),
+        ("wait at=cup for=3s", "2 seconds too short", "wait at=cup for=5s"),
+        ("move left=10cm", "4 cm too far", "move left=6cm"),
+    ],
+)
+def test_an_amount_that_is_too_much_is_so_much_less(before, said, after):
+    frames = parse(before, NAMES)
+    found = refereed(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None))
+    assert found is not None and same(apply(found.edits, frames, SCENE), parse(after, NAMES)), show(found.edits)
+
+
+def test_to_begin_earlier_is_no_more_speed():
+    frames = parse("pace set to=0.3m/s @near=person", NAMES)
+    found = refereed("even earlier please", SCENE, frames, None, lambda text, earlier: read(text, SCENE, None))
+    assert found is not None and not found.edits and "how far before" in found.question

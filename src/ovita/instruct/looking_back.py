@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import apply
+from ovita.instruct.editing import apply, slots
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import same
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading
@@ -39,9 +39,16 @@ TOO_MUCH, TOO_LITTLE = (frozenset(words.split()) for words in ("far much long bi
 """Words behind an amount and "too" for what is so much too much, and for what is missing."""
 
 
-def in_excess(edits: tuple[E.Edit, ...], said: Sequence[Chunk]) -> tuple[E.Edit, ...]:
+def in_excess(
+    edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame]
+) -> tuple[E.Edit, ...]:
     """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
+    known = list(slots(before[0])) if len(before) == 1 else []
+    match edits:
+        case (E.Rescale(change="more" | "less" as change, factor=None),) if len(known) == 1 and any(words.values()):
+            amount = next(chunk.q for chunk in said if chunk.q and words[chunk.q.value])
+            return (E.Set(slot=known[0], quantity=amount, step=1 if change == "more" else -1),)
     return tuple(
         replace(edit, step=step)
         if isinstance(edit, E.Set)
@@ -156,8 +163,17 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
     likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
     if reading is None:
         return None
+    if _earlier(reading.edits, it.said):
+        return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     unsure = best == "network" and ((_gives_up(reading.edits) and it.places) or _guesses(reading.edits, it.said))
     return replace(reading, confidence=min(likely, UNSURE) if unsure else likely)
+
+
+def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether more of a speed was read where it is to begin earlier."""
+    words = {word for piece in said.pieces for word in piece.text.split()}
+    paced = bool(said.before) and all(isinstance(frame, F.Pace) for frame in said.before)
+    return paced and not words.isdisjoint(("earlier", "sooner")) and any(isinstance(e, E.Rescale) for e in edits)
 
 
 def _counts_turns(edits: Sequence[E.Edit]) -> bool:

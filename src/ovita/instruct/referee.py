@@ -292,7 +292,7 @@ def overheard(
     text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
-    edits = in_excess(in_units(found.reading, said, positions).edits, said)
+    edits = in_excess(in_units(found.reading, said, positions).edits, said, before)
     found = replace(found, best=replace(found.best, edits=edits))
     guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
     reader = None if guessed or not before else learned_reader()
@@ -300,7 +300,7 @@ def overheard(
         return found, None
     heard = reader.hear(text, scene, positions, before)
     learned, alone = in_units(reader.reading(heard), said, positions), reader.read(text, scene, positions)
-    learned = replace(learned, edits=in_excess(learned.edits, said))
+    learned = replace(learned, edits=in_excess(learned.edits, said, before))
     return found, Hearing(learned, alone)
 
 
