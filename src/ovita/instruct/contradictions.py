@@ -544,19 +544,6 @@ def _side_denied(it: Facts) -> str:
     return f"{it.word({'never'})} denies that side." if denied else ""
 
 
-def _halt_denied(it: Facts) -> str:
-    """A halt, where the only one that is said is denied: "go past the cup without stopping"."""
-    kinds = [chunk.kind for chunk in it.row]
-    if not it.frames_of(F.StopAt | F.Wait | F.Hover) or sum(kind in HALTS for kind in kinds) != 1:
-        return ""
-    rows = zip(kinds, kinds[1:], [*kinds[2:], "dot"], strict=False)
-    denied = any(no == "never" and halt in HALTS and then in BEHIND_HALTS for no, halt, then in rows)
-    return "A halt is denied." if denied else ""
-
-
-HALTS, BEHIND_HALTS = ("stop", "wait", "hover"), ("OBJ", "at", "near", "over", "and", "comma", "dot")
-"""Classes of words for a halt, and those behind one that say no more of it than where it is."""
-
 DENYING = ("never", "avoid", "farther", "withdraw")
 """Classes of words that deny a way to what is right behind them."""
 
@@ -580,7 +567,7 @@ def _nowhere(it: Facts) -> str:
     return "No part of the path is at its start and at its end." if ends else ""
 
 
-REFUSED = (_denied, _halt_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
+REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
 LEFT = (_number_left, _object_left)

@@ -16,7 +16,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, slots
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.meaning import same
+from ovita.instruct.meaning import canonical_part, same
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading
 from ovita.paths.scene import Scene
 
@@ -162,11 +162,19 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
     reading = readings[best]
     likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
     if reading is None:
-        return None
+        return heard.edits if _goes_on_there(heard.edits.edits, it.said) else None
     if _earlier(reading.edits, it.said):
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     unsure = best == "network" and ((_gives_up(reading.edits) and it.places) or _guesses(reading.edits, it.said))
     return replace(reading, confidence=min(likely, UNSURE) if unsure else likely)
+
+
+def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether an instruction is about the part of the path that was changed before: "and slower there"."""
+    there = any("there" in piece.text.split() for piece in said.pieces)
+    parts = [canonical_part(frame.part) for frame in said.before if frame.part]
+    frames = [edit.frame for edit in edits if isinstance(edit, E.Also)]
+    return there and len(frames) == len(edits) > 0 and all(canonical_part(frame.part) in parts for frame in frames)
 
 
 def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:

@@ -311,7 +311,7 @@ def by_rules(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positio
 
     instruction = reader(scene, positions)
     found = read_feedback(text, scene, before, positions, instruction) if before else None
-    return found if found is not None else instruction(text, ())
+    return found if found is not None else instruction(text, before if "there" in text.lower().split() else ())
 
 
 @cache
