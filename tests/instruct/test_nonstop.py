@@ -51,3 +51,9 @@ def test_words_keep_their_places_and_the_object_stays_where_later_words_mean_it(
     rest, (found,) = heard_apart(said, SCENE, None, ())
     assert len(rest) == len(said) and rest.split() == "at the cup, just slow down there".split()
     assert show((found,)) == "nonstop @near=cup"
+
+
+def test_what_is_heard_apart_is_told_apart():
+    verdict = understand("slow down near the cup, and don't stop there", SCENE)
+    assert show(verdict.apart) == "nonstop @near=cup" and verdict.rules is not None
+    assert show(verdict.rules.frames) == "pace slower @near=cup"

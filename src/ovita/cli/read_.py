@@ -29,8 +29,9 @@ OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask 
 def command(utterance: str, scene_file: str | None, before: str, as_json: bool) -> None:
     """Read UTTERANCE and show how it is understood; nothing is adapted.
 
-    Shows the classes of its words, the frames that each reader sees (training/corpus/NOTATION.md), with
-    what it leaves unused and how sure it is, and the verdict: do it, show it and ask, ask back, or decline.
+    Shows the classes of its words, what is heard apart from the rest, the frames that each reader sees
+    (training/corpus/NOTATION.md), with what it leaves unused and how sure it is, and the verdict: do it,
+    show it and ask, ask back, or decline.
     """
     from ovita.instruct import notation
     from ovita.instruct.chunks import chunks
@@ -46,6 +47,8 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
         click.echo(json.dumps(shown, ensure_ascii=False))
         return
     say("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words))
+    if verdict.apart:
+        say(f"Apart     {notation.show(verdict.apart)}")
     for name, reading in (("Rules", verdict.rules), ("Learned", verdict.learned)):
         say(f"{name:8}  " + ("was not asked, or is not there" if reading is None else line(reading)))
     say(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})")
@@ -69,10 +72,13 @@ def _reasons(verdict: Understanding) -> list[str]:
 
 def document(verdict: Understanding) -> dict[str, Any]:
     """A verdict and its readings as JSON values."""
+    from ovita.instruct.notation import show
+
     readings = {"rules": verdict.rules, "learned": verdict.learned}
     said: dict[str, Any] = {"outcome": verdict.outcome, "by": verdict.by, "confidence": verdict.confidence}
     said |= {"unused": list(verdict.unused), "doubts": list(verdict.doubts)}
     return {
+        "apart": show(verdict.apart),
         "readings": {name: None if one is None else _reading(one) for name, one in readings.items()},
         "verdict": said | _reading(verdict.reading),
     }

@@ -107,6 +107,7 @@ class Understanding:
         confidence: How likely it is meant (0..1).
         rules: What the rules made of it, or None.
         learned: What the learned reader made of it, or None where there is none.
+        apart: What was heard before both read the rest (`heard_apart`); the reading holds it, too.
     """
 
     outcome: Outcome
@@ -117,6 +118,7 @@ class Understanding:
     confidence: float = 0.0
     rules: F.Reading | None = None
     learned: F.Reading | None = None
+    apart: tuple[F.SemanticFrame, ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -210,8 +212,8 @@ def _with_the_rest(
     if not apart:
         return None
     if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
-        return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(apart))
-    found = _understood(rest, scene, positions, before, quick=False)
+        return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(), apart=apart)
+    found = replace(_understood(rest, scene, positions, before, quick=False), apart=apart)
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
         left = tuple(rest.split())
         return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=left), unused=left)
