@@ -39,16 +39,27 @@ def arrivals(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Arrive, ...]]
     if at < 0:
         return text, ()
     clause = _said_of_it(said, at)
+    frame = _arrival(clause)
+    if frame is None:
+        return text, ()
+    begin, end = clause[0].span[0], clause[-1].span[1]
+    return text[:begin] + " " * (end - begin) + text[end:], (frame,)
+
+
+def _arrival(clause: Sequence[Chunk]) -> Arrive | None:
+    """What a clause says of reaching the goal from above, if it says nothing else."""
     lengths = [chunk for chunk in clause if chunk.kind == "Qm"]
     things = [chunk for chunk in clause if chunk.kind in ("OBJ", "goal")]
-    coming = COMING.intersection(word for chunk in clause for word in chunk.text.lower().split())
-    last = bool(lengths) and any(chunk.kind in ("nth", "last") for chunk in clause)
-    if not all(map(_belongs, clause)) or len(lengths) > 1 or len(things) > 1 or not (coming or last):
-        return text, ()
+    if not all(map(_belongs, clause)) or max(len(lengths), len(things)) > 1 or not _reaches(clause, bool(lengths)):
+        return None
     by = Quantity(lengths[0].number.value, "m", said=lengths[0].number.said) if lengths else None
-    place = things[0].names[0] if things and things[0].kind == "OBJ" else ""
-    begin, end = clause[0].span[0], clause[-1].span[1]
-    return text[:begin] + " " * (end - begin) + text[end:], (Arrive(direction="up", by=by, place=place),)
+    return Arrive(direction="up", by=by, place=next((thing.names[0] for thing in things if thing.kind == "OBJ"), ""))
+
+
+def _reaches(clause: Sequence[Chunk], measured: bool) -> bool:
+    """Whether a clause is about reaching the goal, or the last so much of the path."""
+    words = {word for chunk in clause for word in chunk.text.lower().split()}
+    return bool(words & COMING) or (measured and any(chunk.kind in ("nth", "last") for chunk in clause))
 
 
 def _from_above(said: Sequence[Chunk], i: int) -> bool:

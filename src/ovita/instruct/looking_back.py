@@ -7,7 +7,7 @@ way to take it; their sums say how likely it is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -44,19 +44,21 @@ def in_excess(
 ) -> tuple[E.Edit, ...]:
     """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
+    if not any(words.values()):
+        return edits
     known = list(slots(before[0])) if len(before) == 1 else []
     match edits:
-        case (E.Rescale(change="more" | "less" as change, factor=None),) if len(known) == 1 and any(words.values()):
+        case (E.Rescale(change="more" | "less" as change, factor=None),) if len(known) == 1:
             amount = next(chunk.q for chunk in said if chunk.q and words[chunk.q.value])
             return (E.Set(slot=known[0], quantity=amount, step=1 if change == "more" else -1),)
-    return tuple(
-        replace(edit, step=step)
-        if isinstance(edit, E.Set)
-        and not edit.step
-        and (step := _less_or_more(edit, words.get(edit.quantity.value, "")))
-        else edit
-        for edit in edits
-    )
+    return tuple(_stepped(edit, words) for edit in edits)
+
+
+def _stepped(edit: E.Edit, words: Mapping[float, str]) -> E.Edit:
+    """An edit as so much less or more, if words say that of its amount."""
+    if not isinstance(edit, E.Set) or edit.step:
+        return edit
+    return replace(edit, step=_less_or_more(edit, words.get(edit.quantity.value, "")))
 
 
 END = Chunk("dot", "", (0, 0))

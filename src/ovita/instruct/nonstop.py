@@ -71,45 +71,54 @@ def denied_stops(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[NoStop, .
         text: As it was said or typed.
         said: The same in chunks.
     """
-    halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in OTHERS]
-    halts = [i for i in halts if said[i].kind in HALTS or _denial(said, i) is not None]
-    denials = [denial for denial in (_denial(said, i) for i in halts) if denial is not None]
-    elsewhere = len(denials) < len(halts) and any(denial.named < 0 for denial in denials)
-    if elsewhere or "why" in text.lower().split():
+    denials, asked = _halts(said)
+    if (asked and any(denial.named < 0 for denial in denials)) or "why" in text.lower().split():
         return text, ()
     for denial in denials:
         text = _without(text, said, denial)
     return text, tuple(dict.fromkeys(NoStop(part=denial.part) for denial in denials))
 
 
+def _halts(said: Sequence[Chunk]) -> tuple[list[_Denial], bool]:
+    """The stops that are denied, and whether others are asked for."""
+    halts = [i for i, chunk in enumerate(said) if chunk.kind in HALTS or chunk.text.lower() in OTHERS]
+    found = {i: _denial(said, i) for i in halts}
+    asked = any(denial is None and said[i].kind in HALTS for i, denial in found.items())
+    return [denial for denial in found.values() if denial is not None], asked
+
+
 def _denial(said: Sequence[Chunk], halt: int) -> _Denial | None:
     """What denies a word for a stop and nothing else, or None."""
-    word = said[halt].text.lower()
-    between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
-    first = halt if word in (NONSTOP, MOVING) else halt - len(between) - 1
-    if word == NONSTOP or (first >= 0 and said[first].text.lower() == "non"):
+    first = _denied_from(said, halt)
+    if first < 0:
+        return None
+    if NONSTOP in (said[halt].text.lower(), f"{said[first].text.lower()}stop"):
         return _Denial(first, halt, halt + 1, -1, WHOLE)
-    if first < 0 or (first < halt and not (said[first].text.lower() in DENIED and LASTING.isdisjoint(word.split()))):
-        return None
-    if (
-        first
-        and said[first].text.lower() in ("no", "not")
-        and said[first - 1].text.lower().startswith(("there", "does"))
-    ):
-        return None
     behind = list(takewhile(_leads, said[halt + 1 :]))
     at = halt + 1 + len(behind)
-    thing = said[at] if at < len(said) else None
+    kind = said[at].kind if at < len(said) else ""
     limits = [chunk.kind for chunk in behind if chunk.kind in ("before", "after")]
-    if thing is not None and thing.kind == "OBJ":
-        part = PathPart(limits[0] if limits else "near", places=thing.names[:1])
+    if kind == "OBJ":
+        part = PathPart(limits[0] if limits else "near", places=said[at].names[:1])
         return _ended(said, _Denial(first, halt, at + 1, at, part))
     if limits:
         return None
-    there = thing is not None and thing.kind == "there"
-    earlier = [chunk for chunk in said[:first] if chunk.kind == "OBJ"]
-    part = PathPart("near", places=earlier[-1].names[:1]) if there and earlier else WHOLE
-    return _ended(said, _Denial(first, halt, at + there, -1, part))
+    earlier = [chunk for chunk in said[:first] if chunk.kind == "OBJ"] if kind == "there" else []
+    part = PathPart("near", places=earlier[-1].names[:1]) if earlier else WHOLE
+    return _ended(said, _Denial(first, halt, at + (kind == "there"), -1, part))
+
+
+def _denied_from(said: Sequence[Chunk], halt: int) -> int:
+    """The chunk from which on a word for a stop is denied; -1 where it is not."""
+    word = said[halt].text.lower()
+    if word in (NONSTOP, MOVING):
+        return halt
+    between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
+    first = halt - len(between) - 1
+    if first < 0 or said[first].text.lower() not in DENIED or not LASTING.isdisjoint(word.split()):
+        return -1
+    told = first > 0 and said[first - 1].text.lower().startswith(("there", "does"))  # "there is no stop", a complaint
+    return -1 if told and said[first].text.lower() in ("no", "not") else first
 
 
 def _leads(chunk: Chunk) -> bool:

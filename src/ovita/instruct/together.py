@@ -95,13 +95,21 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     """Frames with what words call by name: a loop is no figure eight, and to creep past the cup is much slower."""
     kinds = {chunk.kind for chunk in said}
     if "eight" not in kinds and kinds & {"circle", "laps"}:
-        eights = [isinstance(frame, F.Figure) and frame.shape == "eight" for frame in frames]
-        frames = tuple(replace(f, shape="circle") if eight else f for f, eight in zip(frames, eights, strict=True))  # type: ignore[call-arg]
-    slower = [f for f in frames if isinstance(f, F.Pace) and f.change == "slower"]
-    words = {word for chunk in said if chunk.kind in ("slower", "creep") for word in chunk.text.lower().split()}
-    if len(slower) != 1 or slower[0].amount or slower[0].degree or words.isdisjoint(CRAWLING):
+        frames = tuple(map(_no_eight, frames))
+    slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
+    if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
         return frames
     return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
+
+
+def _no_eight(frame: F.SemanticFrame) -> F.SemanticFrame:
+    eight = isinstance(frame, F.Figure) and frame.shape == "eight"
+    return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
+
+
+def _crawls(said: Sequence[Chunk]) -> bool:
+    slower = [chunk.text.lower() for chunk in said if chunk.kind in ("slower", "creep")]
+    return not CRAWLING.isdisjoint(" ".join(slower).split())
 
 
 CRAWLING = frozenset("crawl crawls crawling creep creeps creeping snail snail's inch tortoise dawdle tiptoe".split())
