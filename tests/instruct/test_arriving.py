@@ -35,8 +35,18 @@ def test_what_says_from_where_the_goal_is_reached_is_read_beside_the_rest(said, 
     assert verdict.outcome == "do"
 
 
-@pytest.mark.parametrize("said", ["pass the cup from above", "move down 10 cm", "from above the cup please"])
-def test_what_is_passed_over_or_lower_is_no_goal(said):
+@pytest.mark.parametrize(
+    "said",
+    [
+        "pass the cup from above",
+        "move down 10 cm",
+        "from above the cup please",
+        "do not come in from above",
+        "it should arrive not from above",
+        "is it coming in from above?",
+    ],
+)
+def test_what_is_passed_over_denied_or_asked_is_no_approach(said):
     assert "arrive" not in show(understand(said, SCENE, PATH).reading.frames)
 
 

@@ -39,6 +39,8 @@ def test_what_denies_a_stop_is_read_beside_the_rest(said, meant):
         "carry on to the vase, don't stop short",
         "no wait, the vase",
         "why no stop at the cup?",
+        "does it fly non-stop?",
+        "will it pass the cup without stopping?",
         "it does not stop at the cup",
     ],
 )

@@ -6,6 +6,7 @@ It is read before anybody reads the rest, and its words become blanks, so that a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import Arrive, Quantity
@@ -36,7 +37,7 @@ def arrivals(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Arrive, ...]]
         said: The same in chunks.
     """
     at = next((i for i in range(len(said)) if _from_above(said, i)), -1)
-    if at < 0:
+    if at < 0 or _denied(said[:at]):
         return text, ()
     clause = _said_of_it(said, at)
     frame = _arrival(clause)
@@ -44,6 +45,12 @@ def arrivals(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Arrive, ...]]
         return text, ()
     begin, end = clause[0].span[0], clause[-1].span[1]
     return text[:begin] + " " * (end - begin) + text[end:], (frame,)
+
+
+def _denied(before: Sequence[Chunk]) -> bool:
+    """Whether the clause that some chunks end denies what comes: "do not come in from above"."""
+    clause = takewhile(lambda chunk: chunk.kind not in PAUSES, reversed(before))
+    return any(chunk.kind in ("never", "avoid") for chunk in clause)
 
 
 def _arrival(clause: Sequence[Chunk]) -> Arrive | None:

@@ -484,7 +484,7 @@ def _until_told(it: Facts) -> str:
 SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
 
 
-def _asked(it: Facts) -> str:
+def asked(it: Facts) -> str:
     """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
     first, second, *more = [*it.words, "", ""]
     asks = second in ASKED.get(first, ()) and WISHED.isdisjoint(more[:3])
@@ -504,7 +504,7 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 """Words that make a question a wish."""
 
 NEVER = (
-    _asked,
+    asked,
     _by_or_to,
     _regretted,
     _told,

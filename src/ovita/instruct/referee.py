@@ -25,6 +25,7 @@ from ovita.instruct.contradictions import (
     NEVER,
     REFUSED,
     UNKNOWN,
+    asked,
     clauses,
     contradictions,
     opposed,
@@ -209,11 +210,13 @@ def _with_the_rest(
 ) -> Understanding | None:
     """As `understand`, where something is heard apart; None of other utterances, and if the rest speaks against it."""
     rest, apart = heard_apart(text, scene, positions, before)
-    if not apart:
+    if not apart or contradictions(chunks(text, scene, positions)[0], apart, (asked,)):
         return None
     if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
         return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(), apart=apart)
     found = replace(_understood(rest, scene, positions, before, quick=False), apart=apart)
+    if found.reading.asks or found.outcome == "ask":
+        return found
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
         left = tuple(rest.split())
         return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=left), unused=left)
