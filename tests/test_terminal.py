@@ -15,6 +15,7 @@ import command_line
 from command_line import ovita
 from ovita.cli.common import called
 from ovita.cli.sessions_ import completed
+from ovita.dialogue.session import Session
 from ovita.io import load_task
 from ovita.result import Adaptation
 
@@ -122,6 +123,20 @@ def test_without_a_terminal_nothing_is_kept(tmp_path, monkeypatch):
 def test_a_mistyped_command_is_guessed(talk):
     said = talk("/hsitory", "/objcts", "/zzz").stdout
     assert "did you mean /history?" in said and "did you mean /objects?" in said and "/help lists them" in said
+
+
+def test_a_talk_outlives_a_defect_of_the_program(talk, monkeypatch):
+    say = Session.say
+
+    def failing(self, said, *options, **named):
+        if said == "break":
+            raise ZeroDivisionError("division by zero")
+        return say(self, said, *options, **named)
+
+    monkeypatch.setattr(Session, "say", failing)
+    done = talk("break", "go up by 0.1")
+    assert "a defect in ovita (ZeroDivisionError: division by zero; test_terminal.py" in done.stdout
+    assert "nothing changed" in done.stdout and "0.10 m up" in done.stdout
 
 
 def test_keys_at_a_real_terminal(tmp_path):

@@ -7,6 +7,7 @@ import os
 import shlex
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
@@ -108,7 +109,16 @@ def _talked(session: Session, keeper: Keeper | None) -> Session:
             click.echo(f"error: {common.plain(str(error))}")
         except KeyboardInterrupt:
             click.echo("\nStopped; nothing changed.")
+        except Exception as error:  # a talk outlives a defect of the program
+            click.echo(f"error: {_defect(error)}")
     return session
+
+
+def _defect(error: Exception) -> str:
+    """What went wrong in the program itself, in one sentence, with where."""
+    frame = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{os.path.basename(frame.filename)}, line {frame.lineno}"
+    return f"a defect in ovita ({type(error).__name__}: {error}; {where}); nothing changed. Please report it."
 
 
 _MARKS = ("/", ":")

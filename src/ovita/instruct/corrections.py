@@ -148,6 +148,55 @@ def drops(said: Remark) -> Iterator[Candidate]:
     yield from _without(said, said.meant(words), words, used)
 
 
+def spares(said: Remark) -> Iterator[Candidate]:
+    """Without all but what is to stay: "forget the rest, keep the lift", "undo everything except the lift"."""
+    spans = _spans(said.pieces)
+    gone = [i for i, span in enumerate(spans) if _is_given_up(span, before=spans[i + 1 :])]
+    left = [p for i in gone for p in spans[i]]
+    at = next((i for i, p in enumerate(left) if p.cues & {"except"}), len(left))
+    stays = (span for i, span in enumerate(spans) if i not in gone and _stays(span, gone, i))
+    kept = left[at + 1 :] or [p for span in stays if said.meant(span) for p in span]
+    meant = said.meant(kept)
+    strange = any(p.number or (p.unknown and p.text not in ("else", "other")) for p in (*kept, *left))
+    if meant and not strange and (gone or len(meant) < len(said.before)):
+        edits = tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in meant)
+        question = "" if edits else "Nothing else was changed; what should be different?"
+        yield Candidate(edits, (*kept, *left), question, sure=True)
+
+
+def _spans(pieces: Sequence[Phrase]) -> list[list[Phrase]]:
+    """Pieces between commas, stops and conjunctions; "but" stays at the head of its span."""
+    spans: list[list[Phrase]] = [[]]
+    for piece in pieces:
+        if piece.text in JOINTS:
+            spans.append([piece] if piece.text == "but" else [])
+        else:
+            spans[-1].append(piece)
+    return [span for span in spans if span]
+
+
+JOINTS = frozenset((",", ".", ";", ":", "!", "-", "and", "but", "though", "although", "then"))
+
+
+def _is_given_up(span: Sequence[Phrase], before: Sequence[Sequence[Phrase]]) -> bool:
+    """Whether all, or all the rest, is to go: "undo everything", "the rest can go", or "reset" before something."""
+    words = {word for p in span for word in p.text.split()}
+    rest = not words.isdisjoint(("rest", "others", "else"))
+    going = any(p.cues & {"undo", "restart"} for p in span) or (rest and not words.isdisjoint(("go", "goes")))
+    asked = [p for p in span if p.content and not p.cues & {"undo", "restart", "only"} and p.concept != "whole"]
+    over = any(p.cues & {"except"} for p in span)
+    bare = not asked and (bool(before) or "everything" in words)
+    return going and (over or rest or bare) and not any(p.cues & {"keep", "not"} for p in span)
+
+
+def _stays(span: Sequence[Phrase], gone: Sequence[int], at: int) -> bool:
+    """Whether what is named is to stay: "keep the lift"; where nothing else is said to go, "keep only the lift"."""
+    keep, just = (any(p.cues & {cue} and p.text != "alone" for p in span) for cue in ("keep", "only"))
+    against = any(p.cues & {"undo", "restart", "not", "except"} or p.text == "alone" for p in span)
+    but = span[0].text == "but" and at - 1 in gone
+    return not against and ((keep or just or but) if gone else (keep and just))
+
+
 def only(said: Remark) -> Iterator[Candidate]:
     """Without all but what is named: "only the slowing down"."""
     kept = said.meant(said.naming) if said.cued("only") else []

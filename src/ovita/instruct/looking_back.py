@@ -219,6 +219,8 @@ PLACED = frozenset("start goal first last middle before after between near".spli
 
 def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
+    if it.best.sure:
+        return {"rules": it.reading}
     found: dict[str, F.Reading | None] = {"instruction": None}
     if it.best.question or not (_idle(it.best.edits, it.said.before) or _anew(it, heard)):
         found["rules"] = it.reading

@@ -491,9 +491,11 @@ class Candidate:
         used: The pieces that it is read from.
         question: What has to be asked back.
         asked: What could be meant.
+        sure: Whether its words can be taken no other way, whatever the network says.
     """
 
     edits: tuple[E.Edit, ...]
     used: Sequence[Phrase]
     question: str = ""
     asked: tuple[str, ...] = ()
+    sure: bool = False
