@@ -238,12 +238,13 @@ class StopAt(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Wait(SemanticFrame):
-    """Stand still at a place, or so far before an object, then go on."""
+    """Stand still at a place, or so far before an object, then go on; `longer` than the path stands there already."""
 
     NAME = "wait"
     place: Place = ""
     by: Quantity | None = field(default=None, metadata=_in("m", ""))
     duration: Quantity | None = field(default=None, metadata=_in("s", ""))
+    longer: bool = False
     aim: Aim = ""
 
 
@@ -476,7 +477,8 @@ def tells_height(frame: SemanticFrame) -> bool:
 
 
 def unaimed(frame: SemanticFrame) -> SemanticFrame:
-    """A frame about its objects as a whole."""
+    """A frame about its objects as a whole, without what the words alone decide."""
+    frame = replace(frame, longer=False) if isinstance(frame, Wait) else frame
     return replace(frame, aim="") if isinstance(frame, AIMED) else frame
 
 

@@ -22,7 +22,8 @@ DENIED = frozenset(
         *("never", "no", "non", "not", "but not", "do not", "don't", "dont", "don't you", "don't ever", "never ever"),
         *("without", "must not", "mustn't", "must never", "should not", "shouldn't", "should never", "shall not"),
         *("may not", "not ever", "don't want", "do not want", "no need", "need not", "needn't", "instead of"),
-        *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor"),
+        *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor", "no more"),
+        *("doesn't", "doesnt", "does not"),
         *("skip", "remove", "cut", "drop", "delete", "cancel", "scrap", "lose", "leave out", "take out", "get rid of"),
     )
 )
@@ -31,14 +32,21 @@ DENIED = frozenset(
 NONSTOP, MOVING = "nonstop", "keep moving"
 """What says by itself that there is no stop."""
 
-OTHERS = (NONSTOP, MOVING, "stop by")
+OTHERS = (NONSTOP, MOVING, "stop by", "to stop")
 """What is a halt besides, where it is denied."""
 
 LASTING = frozenset(("short", "good"))
 """Words of a stop that is not one on the way: "stop short", "stop for good"."""
 
+NEEDED = ("need to", "have to", "has to")
+"""What it is said of that it is not needed: "it doesn't have to stop"."""
+
 BETWEEN = frozenset(
-    ("the", "that", "this", "its", "it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need")
+    (
+        *("the", "that", "this", "its", "it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need"),
+        *NEEDED,
+        "bother",
+    )
 )
 """Fillers between a denial and what it denies."""
 
@@ -116,6 +124,8 @@ def _denied_from(said: Sequence[Chunk], halt: int) -> int:
     between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
     first = halt - len(between) - 1
     if first < 0 or said[first].text.lower() not in DENIED or not LASTING.isdisjoint(word.split()):
+        return -1
+    if said[first].text.lower().startswith("does") and not any(chunk.text.lower() in NEEDED for chunk in between):
         return -1
     told = first > 0 and said[first - 1].text.lower().startswith(("there", "does"))  # "there is no stop", a complaint
     return -1 if told and said[first].text.lower() in ("no", "not") else first

@@ -266,7 +266,7 @@ class _Words:
             return {"offset": ((word, None),)}
         if word in _SLOT_OF[kind]:
             return {_SLOT_OF[kind][word]: word}
-        if word == "along" and word in known:
+        if word in ("along", "longer") and word in known:
             return {word: True}
         if "angle" in known and _NUMBER.fullmatch(word):
             return {"angle": quantity(word)}

@@ -9,7 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
-from ovita.instruct.degrees import nice
+from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap, waited
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
@@ -82,11 +82,23 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
     by = builder.length(
-        q, nice(builder.effort * _push_needed(builder, item, builder.step(frame))), f'"farther from {about}"'
+        q, nice(builder.effort * _push_needed(builder, item, _gain(builder, frame))), f'"farther from {about}"'
     )
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
+
+
+def _gain(builder: PolicyBuilder, frame: F.Approach) -> float:
+    """How much farther from objects a word of degree means [m]: a step, but in proportion to how near they are."""
+    gap = max(surface_distance(builder.scene[name], builder.trajectory.positions) for name in frame.objects)
+    share, least = GAINS[degree(frame)]
+    step = builder.step(frame)
+    return nice(min(step, max(share * gap, least * builder.scale.extent))) if gap > 0.0 else step
+
+
+GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.03), "moderate": (0.5, 0.06), "large": (1.0, 0.12)}
+"""Shares of the distance to a surface, and of the path's extent, that "farther" is at least for each degree."""
 
 
 def _push_needed(builder: PolicyBuilder, item: SceneObject, gain: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import cast
 
 import numpy as np
@@ -12,9 +13,10 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
+from ovita.paths.part import PathPart
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
-from ovita.toolkit.speed import slow_turns, travel_time
+from ovita.toolkit.speed import slow_turns, stands, travel_time
 
 STANDSTILL = "A speed of 0 would never arrive: how slow should it be, or where should it stop, and for how long?"
 
@@ -270,8 +272,14 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
     at, words = spot(builder, frame.place)
-    name, item = steps(builder, frame.duration), builder.item(frame.place)
-    lasting = waited(builder, name)
+    item = builder.item(frame.place)
+    stood = _stands_for(builder, frame)
+    if stood and frame.longer and frame.duration is None:
+        name = steps(builder, F.Quantity(stood, "step"))
+        builder.assume(f"longer is twice the {stood * builder.trajectory.timestep:g} s that it waits there")
+    else:
+        name = steps(builder, frame.duration)
+    lasting = waited(builder, name) + (" longer" if stood and frame.longer else "")
     short_of = _short_of(builder, item, frame)
     if item is not None and short_of is not None:
         _wait_short(builder, item, short_of, name, lasting)
@@ -283,11 +291,24 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
         builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
         return
     promise = f"expect_stop(near={at})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
-    builder.add(f"traj = dwell(traj, {at}, steps={name})", f"Wait {lasting} {words}.", promise)
+    in_all = ", in_all=True" if stood and not frame.longer else ""
+    lasting += " in all" if in_all else ""
+    builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
+
+
+def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:
+    """For how many timesteps the path stands still already where a wait is asked for."""
+    item, rows = builder.item(frame.place), builder.rows()
+    at = {"start": 0, "goal": len(rows) - 1, "": len(rows) - 1}.get(str(frame.place), -1)
+    if item is not None:
+        at = int(np.argmin(item.distance(rows[:, :3])))
+    first, last = stands(rows, at) if at >= 0 else (0, 0)
+    return last - first
 
 
 def nonstop(builder: PolicyBuilder, frame: F.NoStop) -> None:
     """No stop between the ends, or on a part of the path; nothing changes where there is none."""
+    frame = replace(frame, part=_with_its_stop(builder, frame.part))
     where, part = builder.part(frame.part)
     mask = builder.waypoints(frame.part).copy()
     mask[[0, -1]] = False
@@ -296,6 +317,22 @@ def nonstop(builder: PolicyBuilder, frame: F.NoStop) -> None:
     promise = f"expect_no_stop({f'where={where}' if where else ''})"
     builder.add(f"traj = {call}", f"Make no stop{part}.", promise, holds=moves)
 
+
+def _with_its_stop(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """What is near an object, as far as the stop that is nearest to it, where that is not much farther than near."""
+    rests = builder.trajectory.speeds[1:-1] <= 0.0
+    if part.kind != "near" or part.amount is not None or part.places[0] in F.SPOTS or not rests.any():
+        return part
+    item, path = builder.scene[part.places[0]], builder.trajectory.positions
+    reach, to_stop = builder.scale.near(path, item), float(item.distance(path[1:-1][rests]).min())
+    if not reach < to_stop <= ITS_OWN * reach:
+        return part
+    builder.assume(f"the stop near {item.name} is the one that is {to_stop:.3g} m from its centre")
+    return replace(part, amount=nice(to_stop))
+
+
+ITS_OWN = 2.5
+"""How much farther off than near an object a stop may be that is said to be near it."""
 
 PACE_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
     F.Pace: pace, F.StopAt: stop, F.Wait: wait, F.NoStop: nonstop,

@@ -40,7 +40,7 @@ from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_named, contrasted, halted, spread, with_units
+from ovita.instruct.together import as_named, contrasted, halted, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -257,7 +257,7 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = replace(reading, frames=as_named(halted(reading.frames, said), said))
+    reading = prolonged(replace(reading, frames=as_named(halted(reading.frames, said), said)), said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

@@ -91,6 +91,29 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
     return tuple(made)
 
 
+def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
+    """A reading whose one wait is to last longer than the path stands there already: "wait 2 seconds longer"."""
+    waits = [frame for frame in reading.frames if isinstance(frame, F.Wait)]
+    words = _for_longer(said) if len(waits) == 1 else []
+    if not words:
+        return reading
+    frames = tuple(replace(frame, longer=True) if isinstance(frame, F.Wait) else frame for frame in reading.frames)
+    return replace(reading, frames=frames, unread=tuple(word for word in reading.unread if word not in words))
+
+
+def _for_longer(said: Sequence[Chunk]) -> list[str]:
+    """The words beside a wait or its duration that ask for more of it: "longer", "another", "more"."""
+    waiting = [i for i, chunk in enumerate(said) if chunk.kind in ("wait", "hover", "Qs", "Qstep", "keep")]
+    denied = {i + 1 for i, chunk in enumerate(said) if chunk.kind in ("never", "max", "at_least", "at_most")}
+    found = [i for i, chunk in enumerate(said) if chunk.text.lower() in LONGER and i not in denied]
+    found += [i for i, chunk in enumerate(said) if chunk.text.lower() in MORE and {i - 1, i + 1} & {*waiting}]
+    return [said[i].text for i in found] if waiting else []
+
+
+LONGER, MORE = frozenset(("longer", "another", "an extra", "an additional")), frozenset(("more", "extra", "additional"))
+"""Words for more time than there is, anywhere in an utterance about one wait, and beside its duration."""
+
+
 def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
     """Frames with what words call by name: a loop is no figure eight, and to creep past the cup is much slower."""
     kinds = {chunk.kind for chunk in said}

@@ -19,6 +19,12 @@ from ovita.toolkit.insertion import densified
 from ovita.toolkit.speed import dwell, stop_at
 from ovita.toolkit.ways_around import kept_out, pushed_out
 
+GENTLEST = 3.0
+"""Reach per metre of push, unless another reach is asked for: what is farther off has no part in it."""
+
+NEAREST = 0.25
+"""The share of a path that is near a place, and so goes farther from it, however small the push."""
+
 STEEPEST = 1.125
 """Reach per metre of push above which no waypoint overtakes the nearest: the maximum of smoothstep(x) / x."""
 
@@ -55,8 +61,8 @@ def closer(
 
     The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. If a
     segment would come nearer to an object's surface than the gap, the whole pull is less. A level path stays level as
-    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a
-    part, the waypoints beside it follow, over 3 times the shift at its edge.
+    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a part,
+    the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
         obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm, or less where the path
@@ -108,15 +114,15 @@ def farther(
     """Push the nearest part away from an object by metres, or times=2: double all distances.
 
     The push is `by` at the nearest part, between waypoints too, and fades to 0 where the distance is `reach` larger. A
-    level path stays level. Start and goal move if they are near. On a part, those beside it follow, over 3 times the
-    shift at its edge.
+    level path stays level. Start and goal move only if they are about the nearest. On a part, those beside it follow,
+    over 3 times the shift at its edge.
 
     Args:
         obj: Object or point (3,) [m]; distances are to its centre.
         by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
-        reach: [m], > 0; by default half of the spread of the waypoints' distances, but no less than 1.125 `by`, so
-            that no waypoint ends up nearer than `by` beyond the nearest.
+        reach: [m], > 0; by default 3 times `by`, or as far as the nearest quarter of the path, but no less than 1.125
+            `by`, so that no waypoint ends up nearer than `by` beyond the nearest.
     """
     rows = arguments.waypoints(traj)
     centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
@@ -129,7 +135,8 @@ def farther(
         aim = distance * arguments.number(times, "times", low=1.0)
     else:
         amount = arguments.number(by, "by", low=0.0)
-        aim = distance + amount * _nearness(distance, selected, reach, STEEPEST * amount)
+        weights = _nearness(distance, selected, reach, GENTLEST * amount, STEEPEST * amount)
+        aim = distance + amount * (weights * _between_ends(rows, weights) if where is None else weights)
     if level:
         shift = _level_shift(away, aim, up, rows)
     else:
@@ -475,16 +482,39 @@ def _polar(rows: Array, centre: Array) -> tuple[Array, Array]:
     return away, np.asarray(np.linalg.norm(away, axis=1))
 
 
-def _nearness(distance: Array, selected: Mask, reach: float | None, shortest: float = 0.0) -> Array:
+def _nearness(
+    distance: Array, selected: Mask, reach: float | None, longest: float = np.inf, shortest: float = 0.0
+) -> Array:
+    """Weights (N,) that are 1 at the waypoint nearest to a place, and fade to 0 as far as a pull or push reaches.
+
+    Unless a reach [m] is given, that is `longest`, or as far as the nearest quarter of the path if that is more, at most
+    half of the spread of the distances (N,), and at least `shortest`.
+    """
     weights = np.zeros(len(distance))
     if reach is not None and arguments.number(reach, "reach", low=0.0) == 0.0:
         raise ValueError("reach must be > 0")
     if not selected.any():
         return weights
     inside = distance[selected]
-    span = max(float(np.ptp(inside)) / 2.0, shortest, 1e-9) if reach is None else float(reach)
+    wide = max(longest, float(np.quantile(inside, NEAREST) - inside.min()))
+    span = max(min(float(np.ptp(inside)) / 2.0, wide), shortest, 1e-9) if reach is None else float(reach)
     weights[selected] = smoothstep(1.0 - (inside - inside.min()) / span)
     return weights
+
+
+def _between_ends(rows: Array, weights: Array) -> Array:
+    """Factors (N,) on weights that let start and goal stay, unless an end is about as near as anything."""
+    s, i = arc_length(rows[:, :3]), int(np.argmax(weights))
+    factors = np.ones(len(rows))
+    if weights[0] < ABOUT_NEAREST:
+        factors *= smoothstep(s / max(float(s[i]), 1e-9))
+    if weights[-1] < ABOUT_NEAREST:
+        factors *= smoothstep((s[-1] - s) / max(float(s[-1] - s[i]), 1e-9))
+    return factors
+
+
+ABOUT_NEAREST = 0.8
+"""The weight from which on an end counts as the nearest part of a path."""
 
 
 def extent(obj: Target, direction: Array) -> float:

@@ -263,7 +263,7 @@ def stop_at(traj: ArrayLike, at: Place, *, brake: float = 0.15, resume: bool = F
 
 
 @operation("Speed")
-def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
+def dwell(traj: ArrayLike, at: Place, steps: int = 10, *, in_all: bool = False) -> Array:
     """Wait at a PLACE for so many steps of 0.1 s.
 
     The waypoint's speed becomes 0 and `steps` exact repeats of it are inserted after it.
@@ -271,12 +271,22 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10) -> Array:
     Args:
         traj: (N, 4); the result is (N + steps, 4).
         steps: Timesteps to wait, >= 1.
+        in_all: Count the steps that the path waits there already, which may then be more or fewer than before.
     """
     rows = arguments.waypoints(traj)
     count = arguments.integer(steps, "steps", 1, arguments.MOST_WAYPOINTS)
     i = arguments.locate(rows, at)
+    if in_all:
+        first, last = stands(rows, i)
+        rows, i = np.delete(rows, np.arange(first + 1, last + 1), axis=0), first
     rows[i, 3] = 0.0
     return np.insert(rows, i + 1, np.repeat(rows[i : i + 1], count, axis=0), axis=0)
+
+
+def stands(rows: Array, i: int) -> tuple[int, int]:
+    """The first and the last waypoint of the repeats of one at rest; that one alone where there are none."""
+    first, last = next((a, b) for a, b in runs((rows[:, :3] == rows[i, :3]).all(axis=1)) if a <= i <= b)
+    return (first, last) if (rows[first : last + 1, 3] <= REST).any() else (i, i)
 
 
 @operation("Speed")
