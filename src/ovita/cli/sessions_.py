@@ -89,9 +89,16 @@ def _opened(task: Task, journal: str | None, options: dict[str, Any]) -> Session
     if journal and os.path.exists(journal):
         session = Session.resume(journal, writer=session.writer, isolation=session.isolation)
         common.say(f"{journal}: {counted(len(session.steps), 'turn')} so far; /history lists them.")
+        _say_what_waits(session)
     elif journal:
         session.keep(journal)
     return session
+
+
+def _say_what_waits(session: Session) -> None:
+    """Say again what was proposed last, if it waits for a yes."""
+    if session.pending is not None:
+        common.say(f"This waits for a yes: {session.pending.explanation}")
 
 
 def _talked(session: Session, keeper: Keeper | None) -> Session:
@@ -133,6 +140,7 @@ def _resumed(session: Session, keeper: Keeper | None) -> Session:
         raise RequestError("this talk has begun; end it with /quit, and go on with the last one by --resume")
     found = Session.resume(str(keeper.earlier), writer=session.writer, isolation=session.isolation)
     common.say(f"{counted(len(found.steps), 'turn')} so far; /history lists them.")
+    _say_what_waits(found)
     return found
 
 

@@ -132,17 +132,19 @@ class History:
         steps: Every turn, in the order in which they were made.
         parents: The turn before each, or `ROOT`.
         head: The turn that is in force, or `ROOT`.
+        proposed: What waits for a yes to be a turn, or None.
     """
 
     first: Situation
     steps: list[Step] = field(default_factory=list)
     parents: list[int] = field(default_factory=list)
     head: int = ROOT
+    proposed: Step | None = None
     _last: dict[int, int] = field(default_factory=dict)
 
     def copy(self) -> History:
         """A history that changes on its own."""
-        return History(self.first, [*self.steps], [*self.parents], self.head, {**self._last})
+        return History(self.first, [*self.steps], [*self.parents], self.head, self.proposed, {**self._last})
 
     def path(self, at: int | None = None) -> list[int]:
         """The turns from the first to `at`, by default to the one in force."""
@@ -191,8 +193,8 @@ class History:
         self.go(len(self.steps) - 1)
 
     def go(self, turn: int) -> None:
-        """Make a turn, or `ROOT`, the one in force."""
-        self.head = turn
+        """Make a turn, or `ROOT`, the one in force; what was proposed is forgotten."""
+        self.head, self.proposed = turn, None
         if turn != ROOT:
             self._last[self.parents[turn]] = turn
 
@@ -216,7 +218,13 @@ class History:
     def events(self) -> list[dict[str, Any]]:
         """The fewest events that lead to this history."""
         start = {"event": "open", "schema": SCHEMA, "situation": self.first.to_document()}
-        return [start, *map(self.event, range(len(self.steps))), {"event": "head", "at": self.head}]
+        return [start, *map(self.event, range(len(self.steps))), self.now()]
+
+    def now(self) -> dict[str, Any]:
+        """Which turn is in force, and what is proposed, as an event for a journal."""
+        if self.proposed is None:
+            return {"event": "head", "at": self.head}
+        return {"event": "proposed", "at": self.head, **self.proposed.to_document()}
 
 
 def replayed(events: list[dict[str, Any]], file: str) -> History:
@@ -230,12 +238,14 @@ def replayed(events: list[dict[str, Any]], file: str) -> History:
     history = History(Situation.from_document(events[0]["situation"], file))
     for number, event in enumerate(events[1:], start=1):
         at, what = event.get("at"), event.get("event")
-        least = {"turn": ROOT, "head": ROOT, "again": ROOT + 1}.get(str(what))
+        least = {"turn": ROOT, "head": ROOT, "proposed": ROOT, "again": ROOT + 1}.get(str(what))
         if least is None or type(at) is not int or not least <= at < len(history.steps):
             raise FormatError(file, "this is not an event of a session", key="events", index=number)
         history.go(at)
         if what == "turn":
             history.add(Step.from_document(event, file))
+        elif what == "proposed":
+            history.proposed = Step.from_document(event, file)
         elif what == "again":
             history.steps[at] = Step.from_document(event, file)
     return history

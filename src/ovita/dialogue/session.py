@@ -85,7 +85,13 @@ class Session:
         if adaptation.usable:
             self._add(said, "current", adaptation, kind)
         elif adaptation.proposal is not None:
-            self._pending = adaptation.instruction, Interpretation(adaptation)
+            self._propose(adaptation.instruction, Interpretation(adaptation))
+
+    def _propose(self, said: str, found: Interpretation | None) -> None:
+        """Have a result wait for a yes, or nothing."""
+        self._pending = None if found is None else (said, found)
+        self._history.proposed = None if found is None else Step(said, found.on, found.result, found.kind or "said")
+        self._note(self._history.now())
 
     @property
     def situation(self) -> Situation:
@@ -168,7 +174,7 @@ class Session:
             self._go(found.goto)
             return found.result
         if found.result.proposal is not None:
-            self._pending = instruction, found
+            self._propose(instruction, found)
             self._refused = (found.result,) if selection else ()  # another reading would not know what is marked
         if found.kind is None or not found.result.usable:
             return found.result
@@ -219,7 +225,8 @@ class Session:
 
     def dismiss(self, said: str = "no") -> Adaptation:
         """Forget what the last turn proposed; nothing changes. After a mere no, another reading waits then, once."""
-        pending, self._pending, self._asked = self._pending, None, ""
+        pending, self._asked = self._pending, ""
+        self._propose(said, None)
         other = self._otherwise(pending) if said.lower().strip(" .,!") in NOT_THAT else None
         if other is not None:
             return other
@@ -239,7 +246,7 @@ class Session:
         self._refused = (found.result,)
         other = another(self._refused, isolation=self.isolation)
         if other is not None:
-            self._pending = said, replace(found, result=other)
+            self._propose(said, replace(found, result=other))
         return other
 
     def _edited(self, instruction: str, change: str) -> Adaptation | None:
@@ -400,7 +407,9 @@ class Session:
             self._note(mine.event(i))
         if mine.head != theirs.head:
             self._go(theirs.head)
-        self._asked, self._pending = draft._asked, draft._pending
+        self._asked = draft._asked
+        if self._pending != draft._pending:
+            self._propose(*(draft._pending or ("", None)))
 
     def keep(self, path: str) -> None:
         """Write this session to a new journal from now on, so that a killed process loses at most the turn it was in.
@@ -464,7 +473,11 @@ class Session:
         first = history.first
         session = cls(first.original, first.scene, first.robot, writer, first.constraints, isolation)
         session._history = history
+        waiting = history.proposed
         session._settle_on(history.head)
+        if waiting is not None:
+            history.proposed = waiting
+            session._pending = waiting.said, Interpretation(waiting.adaptation, waiting.kind, waiting.feedback_on)
         return session
 
     def _again(self, turns: Sequence[Adaptation], then: Situation) -> list[Adaptation]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, lru_cache
+from importlib.resources import files
 
 from ovita.instruct.lexicon import CONNECTIVES, FEEDBACK, concepts, known_words, stems
 from ovita.instruct.numerals import NUMBER_WORDS, UNITS
@@ -42,7 +43,14 @@ def respelt(words: Sequence[str], catalog: Catalog) -> tuple[list[str], list[str
 def _is_known(word: str, named: set[str], catalog: Catalog) -> bool:
     if singular(word) in named or word in named or word in catalog.vocabulary:
         return True
-    return any(form in known_words() or form in OTHERS for form in (*stems(word), singular(word)))
+    return any(form in known_words() or form in OTHERS for form in (*stems(word), singular(word))) or word in _rightly()
+
+
+@cache
+def _rightly() -> frozenset[str]:
+    """Words that are no slips though they are close to known ones, from `rightly/spelt.txt`."""
+    lines = files("ovita.instruct").joinpath("rightly/spelt.txt").read_text(encoding="utf-8").splitlines()
+    return frozenset(" ".join(line for line in lines if not line.startswith("#")).split())
 
 
 def _known_spelling(word: str, named: set[str]) -> str:

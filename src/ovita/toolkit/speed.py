@@ -23,6 +23,9 @@ SMALLEST = 0.01
 LOOK = 0.05
 """Fraction of the path's length over which the directions before and behind a waypoint are taken."""
 
+SEGMENTS = 3.0
+"""Segments over which they are taken where that is less, so that turns of a long path are not taken for wider."""
+
 LEAD = 0.1
 """Fraction of the path's length over which the robot slows down before a turn; it takes half to speed up again."""
 
@@ -214,9 +217,9 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
 def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> Array:
     """Slow down before and in turns.
 
-    A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the
-    angle. The speed is multiplied by the factor there, and by less and less over 10 % of the path before a turn and
-    5 % after it.
+    A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it, or over 3 segments
+    where that is less, differ by the angle. The speed is multiplied by the factor there, and by less and less over 10 %
+    of the path before a turn and 5 % after it, or over a third and a sixth of the way between two turns.
 
     Args:
         factor: 0..1.
@@ -226,13 +229,18 @@ def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> 
     times = arguments.number(factor, "factor", low=0.0, high=1.0)
     sharp = np.radians(arguments.number(angle, "angle", low=0.0, high=180.0))
     s = arc_length(rows[:, :3])
-    turns = s[_bends(rows[:, :3], s, LOOK * s[-1]) >= sharp - 1e-9]
-    if s[-1] == 0.0 or not len(turns):
+    if s[-1] == 0.0:
+        return rows
+    steps = np.diff(s)
+    look = float(np.clip(SEGMENTS * np.median(steps[steps > 0.0]), LOOK / 5.0 * s[-1], LOOK * s[-1]))
+    turns = s[_bends(rows[:, :3], s, look) >= sharp - 1e-9]
+    if not len(turns):
         return rows
     edged = np.concatenate([[-np.inf], turns, [np.inf]])
     ahead = edged[np.searchsorted(edged, s)] - s
     behind = s - edged[np.searchsorted(edged, s, side="right") - 1]
-    lead = LEAD * s[-1]
+    lead = np.minimum(LEAD * s[-1], (ahead + behind) / 3.0)
+    lead[lead == 0.0] = 1.0
     weights = np.maximum(smoothstep(1.0 - ahead / lead), smoothstep(1.0 - 2.0 * behind / lead))
     rows[:, 3] *= np.where(weights == 1.0, times, 1.0 + (times - 1.0) * weights)
     return rows
