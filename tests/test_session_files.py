@@ -171,6 +171,28 @@ def test_a_journal_gives_the_session_back(session, tmp_path):
     same(again, Session.resume(file))
 
 
+def test_what_waits_for_a_yes_waits_for_it_in_the_journal_too(session, tmp_path):
+    file = str(tmp_path / "journal.jsonl")
+    session.keep(file)
+    session.say("go up by 0.1")
+    session.say("be careful near the cup, it is hot, and kindly purple")
+    assert session.pending is not None
+    again = Session.resume(file, writer="builtin")
+    assert again.pending is not None and again.pending.proposal is not None
+    again.say("yes")
+    assert len(again.steps) == 2 and again.pending is None
+    third = Session.resume(file, writer="builtin")
+    assert len(third.steps) == 2 and third.pending is None
+
+
+def test_what_was_refused_waits_no_longer(session, tmp_path):
+    file = str(tmp_path / "journal.jsonl")
+    session.keep(file)
+    session.say("be careful near the cup, it is hot, and kindly purple")
+    session.dismiss("leave it")
+    assert session.pending is None and Session.resume(file, writer="builtin").pending is None
+
+
 def test_an_adopted_turn_is_in_the_journal(session, tmp_path):
     session.keep(str(tmp_path / "j"))
     draft = session.draft()

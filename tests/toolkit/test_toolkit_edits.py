@@ -449,3 +449,18 @@ def test_extend_by_less_than_nothing_goes_back_along_the_path(share):
     np.testing.assert_allclose(back[-1, :3], ends, atol=1e-9)
     np.testing.assert_allclose(back[20, :], [1, 1, 0, 0], atol=1e-9)
     assert back[-1, 3] == 0.0
+
+
+def test_what_is_pushed_away_is_the_nearest_part_and_the_ends_stay():
+    x = np.linspace(0.0, 10.0, 101)
+    rows = np.column_stack([x, np.zeros(101), np.ones(101), np.full(101, 0.5)])
+    out = farther(rows, [4.0, 0.5, 1.0], 0.3)
+    shift = np.linalg.norm(out[:, :3] - rows[:, :3], axis=1)
+    assert np.isclose(shift.max(), 0.3, atol=0.01) and shift[0] == shift[-1] == 0.0
+    assert (shift[x > 7.0] == 0.0).all() and 3.5 < x[shift.argmax()] < 4.5
+
+
+def test_an_end_that_is_the_nearest_part_goes_away_too():
+    x = np.linspace(0.0, 1.0, 21)
+    rows = np.column_stack([x, np.zeros(21), np.zeros(21), np.full(21, 0.5)])
+    assert np.isclose(farther(rows, [1.1, 0.0, 0.0], 0.1)[-1, 0], 0.9)

@@ -290,3 +290,20 @@ def test_without_stops_the_ends_and_the_places_stay(traj):
     assert np.array_equal(moving[[0, -1], :3], traj[[0, -1], :3])
     assert {*map(tuple, moving[:, :3])} == {*map(tuple, traj[:, :3])}
     assert (moving[:, 3] >= 0.0).all() and np.array_equal(keep_moving(moving), moving)
+
+
+def test_a_wait_in_all_counts_the_steps_that_are_there():
+    x = np.linspace(0.0, 1.0, 11)
+    rows = dwell(np.column_stack([x, 0 * x, 0 * x, np.full(11, 0.5)]), 0.5, 4)
+    for steps in (6, 2):
+        out = dwell(rows, 0.5, steps, in_all=True)
+        assert (out[:, 0] == 0.5).sum() == steps + 1 and len(out) == 11 + steps
+    assert len(dwell(rows, 0.5, 3)) == 18
+
+
+def test_the_straights_between_the_turns_of_a_long_path_keep_their_speed():
+    row = np.linspace(0.0, 20.0, 41)
+    lanes = [np.column_stack([row if k % 2 == 0 else row[::-1], np.full(41, 3.0 * k)]) for k in range(4)]
+    rows = np.column_stack([np.concatenate(lanes), np.zeros(164), np.full(164, 0.9)])
+    slow = slow_turns(rows, 0.5)[:, 3]
+    assert slow[41] == 0.45 and (slow[5:22] == 0.9).all() and (slow[55:66] == 0.9).all()

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved
+from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.meaning import canonical
 from ovita.instruct.path_steps import spot, target
@@ -320,8 +320,15 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
     if len(left) < 2:
         builder.ask(f"The path has {n} waypoints, and that would leave {len(left)}: how much should be cut off?")
         return
-    where, words = builder.part(part)
     builder.goal_moved = True
+    if part.kind == "last" and part.unit == "m" and part.amount:
+        name = builder.knob("shorter_by", short(part.amount), "by", "how much sooner the path ends", "amount")
+        promise = f"expect_length(shorter_by={name})" if builder.alone else ""
+        builder.add(
+            f"traj = shorten(traj, {name})", f"Leave out the last {part.amount:g} m.", promise, ends={"waypoints": ""}
+        )
+        return
+    where, words = builder.part(part)
     ends = {"start": f"expect_start(original[{left[0]}, :3])", "goal": f"expect_goal(original[{left[-1]}, :3])"}
     plan, ends = f"Leave out the waypoints{words}.", ends if builder.alone else {}
     builder.add(f"traj = traj[~{where}]", plan, ends=ends | {"waypoints": ""})

@@ -32,6 +32,7 @@ from ovita.instruct.contradictions import (
 )
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
+from ovita.instruct.ending import moved_ends
 from ovita.instruct.frames import name_of
 from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
@@ -197,12 +198,16 @@ def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
 def heard_apart(
     text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
 ) -> tuple[str, tuple[F.SemanticFrame, ...]]:
-    """An utterance without what is heard before all else, and that: stops that are denied, a direction of approach."""
-    halted = any(isinstance(frame, HALTS) for frame in before)
-    said, _ = chunks(text, scene, positions)
-    text, moving = (text, ()) if halted else denied_stops(text, said)
-    text, coming = arrivals(text, chunks(text, scene, positions)[0] if moving else said)
-    return text, (*moving, *coming)
+    """An utterance without what is heard before all else, and that.
+
+    That is stops that are denied, a direction of approach, and how much sooner or later the path is to end.
+    """
+    found: list[F.SemanticFrame] = []
+    for hear, about in ((denied_stops, HALTS), (arrivals, ()), (moved_ends, ENDS)):
+        if not any(isinstance(frame, about) for frame in before):
+            text, heard = hear(text, chunks(text, scene, positions)[0])
+            found += heard
+    return text, tuple(found)
 
 
 def _with_the_rest(
@@ -227,6 +232,9 @@ def _with_the_rest(
 
 HALTS = (F.StopAt, F.Wait, F.Hover)
 """Frames that make a robot stand still."""
+
+ENDS = (F.StopAt, F.MoveEnd, F.Trim, F.Extend)
+"""Frames that say where the path ends."""
 
 
 def _stands(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:

@@ -61,8 +61,8 @@ def closer(
 
     The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. If a
     segment would come nearer to an object's surface than the gap, the whole pull is less. A level path stays level as
-    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a part,
-    the waypoints beside it follow, over 3 times the shift at its edge.
+    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a
+    part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
         obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm, or less where the path
@@ -487,8 +487,8 @@ def _nearness(
 ) -> Array:
     """Weights (N,) that are 1 at the waypoint nearest to a place, and fade to 0 as far as a pull or push reaches.
 
-    Unless a reach [m] is given, that is `longest`, or as far as the nearest quarter of the path if that is more, at most
-    half of the spread of the distances (N,), and at least `shortest`.
+    Unless a reach [m] is given, that is `longest`, or as far as the nearest quarter of the path if that is more, at
+    most half of the spread of the distances (N,), and at least `shortest`.
     """
     weights = np.zeros(len(distance))
     if reach is not None and arguments.number(reach, "reach", low=0.0) == 0.0:

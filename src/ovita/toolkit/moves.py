@@ -11,7 +11,17 @@ from ovita.paths.geometry import fractions, spacing, turning_angles
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Aim, Offset, Place, Target, eased, final_heading, perpendicular, smoothstep
+from ovita.toolkit.arguments import (
+    ROUNDING,
+    Aim,
+    Offset,
+    Place,
+    Target,
+    eased,
+    final_heading,
+    perpendicular,
+    smoothstep,
+)
 from ovita.toolkit.catalogue import Recorder, note_contact, operation
 from ovita.toolkit.insertion import along_arcs, anchor, distinct, dubins, leg, speeds_between, usual_speed
 from ovita.toolkit.speed import stop_at
@@ -136,6 +146,35 @@ def extend(
     if by is not None:
         shift = arguments.number(by, "by") * final_heading(rows[:, :3])
     return _appended(rows, rows[-1, :3] + np.array([[0.0], [1.0]]) * shift)
+
+
+@operation("Go on, or go straight")
+def shorten(traj: ArrayLike, by: float) -> Array:
+    """Cut the last so many metres off, between waypoints if need be.
+
+    Toward the new end the speed falls as it did toward the old one, so that a robot that came to rest still does.
+
+    Args:
+        traj: (N, 4); the result is (M, 4) with M <= N.
+        by: [m], > 0 and less than the path's length.
+    """
+    rows = arguments.waypoints(traj)
+    s, cut = arc_length(rows[:, :3]), arguments.positive(by, "by")
+    end = float(s[-1]) - cut
+    if end <= 0.0:
+        raise ValueError(f"by {cut:g} m is not less than the path's length, {s[-1]:.3g} m")
+    whole = int(np.searchsorted(s, end - ROUNDING, side="left"))
+    at = whole - 1 + (end - s[whole - 1]) / (s[whole] - s[whole - 1])
+    left = np.concatenate([rows[:whole], interpolate(rows, np.array([at]))])
+    k = len(rows) - 1
+    while k > 0 and rows[k - 1, 3] > rows[k, 3]:
+        k -= 1
+    if k == len(rows) - 1:
+        return left
+    braking = cut + arc_length(left[:, :3])
+    late = braking > s[k]
+    left[late, 3] = np.minimum(left[late, 3], np.interp(braking[late], s[k:], rows[k:, 3]))
+    return left
 
 
 @operation("Go on, or go straight")

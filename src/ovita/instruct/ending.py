@@ -1,0 +1,90 @@
+"""Ends that come sooner or later: "stop half a metre short of where you stop now", "end 20 cm further on".
+
+It is read before anybody reads the rest, and its words become blanks, so that all other words keep their places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovita.instruct.chunks import Chunk
+from ovita.instruct.frames import Extend, Quantity, Trim
+
+ENDING = frozenset("stop stopping halt park end ending finish finishing".split())
+"""Words for coming to the end; "it stops 10 cm short" complains."""
+
+NOW = frozenset("stops stopped halts parks ends ended finishes goal there that".split()) | ENDING
+"""Words for where it ends as yet."""
+
+SOONER = frozenset("earlier sooner short shorter before".split())
+LATER = frozenset("later further farther longer beyond past".split())
+
+AMONG = frozenset(
+    """it the path a by of than now where you do does is currently that just about already usually on so at in to there
+    here out make have let can could should must will would please want i we and right time""".split()
+)
+"""Words that go with it, and say nothing else."""
+
+PAUSES = ("comma", "dot", "and", "because")
+
+
+def moved_ends(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Trim | Extend, ...]]:
+    """An utterance without how much sooner or later the path is to end, and that as a frame.
+
+    It is left as it is where the path goes on after it stops, and where anything else is said in the same clause.
+
+    Args:
+        text: As it was said or typed.
+        said: The same in chunks.
+    """
+    if any(chunk.kind == "then_on" for chunk in said):
+        return text, ()
+    found = [(clause, frame) for clause in _clauses(said) if (frame := _moved_end(clause)) is not None]
+    if len(found) != 1:
+        return text, ()
+    clause, frame = found[0]
+    begin, end = clause[0].span[0], clause[-1].span[1]
+    return text[:begin] + " " * (end - begin) + text[end:], (frame,)
+
+
+def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
+    """Chunks between commas, stops and conjunctions."""
+    clauses: list[list[Chunk]] = [[]]
+    for chunk in said:
+        if chunk.kind in PAUSES:
+            clauses.append([])
+        else:
+            clauses[-1].append(chunk)
+    return [clause for clause in clauses if clause]
+
+
+def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | None:
+    """How much sooner or later a clause says that the path ends, if it says nothing else."""
+    lengths = [i for i, chunk in enumerate(clause) if chunk.kind == "Qm"]
+    if len(lengths) != 1 or any(chunk.kind in ("OBJ", "never", "first") and not _sooner(chunk) for chunk in clause):
+        return None
+    words = [word for i, chunk in enumerate(clause) if i not in lengths for word in chunk.text.lower().split()]
+    way = [word for word in words if word in SOONER | LATER]
+    if len(way) != 1 or not {*words} <= AMONG | NOW | {*way}:
+        return None
+    if not _comes_to_the_end(clause[: lengths[0]], clause[lengths[0] + 1 :], way[0]):
+        return None
+    q = clause[lengths[0]].number
+    amount = Quantity(q.value, "m", said=q.said)
+    return Trim(cut="last", amount=amount) if way[0] in SOONER else Extend(by=amount)
+
+
+def _sooner(chunk: Chunk) -> bool:
+    return chunk.text.lower() in SOONER
+
+
+def _comes_to_the_end(first: Sequence[Chunk], then: Sequence[Chunk], way: str) -> bool:
+    """Whether the words before a length are about ending, and those behind it say what it is before or beyond.
+
+    "The end" is a place, and not what is to be done.
+    """
+    words = [word for chunk in first for word in chunk.text.lower().split()]
+    ends = [i for i, word in enumerate(words) if word in ENDING]
+    behind = [word for chunk in then for word in chunk.text.lower().split()]
+    placed = way not in ("before", "beyond", "past") or bool({*behind} & NOW)
+    return bool(ends) and words[ends[0] - 1 : ends[0]] != ["the"] and placed

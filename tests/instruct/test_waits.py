@@ -1,0 +1,39 @@
+"""Waits where the path stands still already: how long it stands there in all, or longer."""
+
+import numpy as np
+import pytest
+
+from ovita import Scene, SceneObject, adapt
+from ovita.paths.trajectory import Trajectory
+from ovita.request import Request
+from ovita.toolkit.speed import dwell
+
+X = np.linspace(0.0, 2.0, 21)
+ROWS = dwell(np.column_stack([X, 0.0 * X, 0.0 * X + 0.3, 0.0 * X + 0.5]), 0.5, 20)
+PATH = Trajectory(ROWS[:, :3], ROWS[:, 3])
+DESK, SINK = SceneObject("desk", [1.0, 0.3, 0.1], [0.1] * 3), SceneObject("sink", [1.3, 0.3, 0.1], [0.1] * 3)
+STEPS_THERE = 20
+
+
+@pytest.mark.parametrize(
+    ("said", "steps"),
+    [
+        ("wait 5 seconds at the desk", 50),
+        ("wait only 1 second at the desk", 10),
+        ("wait 2 seconds longer at the desk", 40),
+        ("wait another 3 seconds at the desk", 50),
+        ("wait longer at the desk", 40),
+        ("you don't need to wait at the desk any more", 0),
+    ],
+)
+def test_how_long_it_stands_there_afterwards(said, steps):
+    result = adapt(Request(said, PATH, Scene((DESK,))))
+    path = result.adapted.positions
+    assert result.status == "done"
+    assert (np.diff(path, axis=0) == 0.0).all(axis=1).sum() == steps
+    assert np.allclose(np.unique(path[:, 0].round(9)), np.unique(PATH.positions[:, 0].round(9)))
+
+
+def test_the_stop_that_is_meant_is_the_one_by_the_thing_though_it_is_no_near_one():
+    result = adapt(Request("don't wait at the sink", PATH, Scene((SINK,))))
+    assert result.status == "done" and len(result.adapted) == len(PATH) - STEPS_THERE
