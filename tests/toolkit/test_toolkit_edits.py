@@ -464,3 +464,11 @@ def test_an_end_that_is_the_nearest_part_goes_away_too():
     x = np.linspace(0.0, 1.0, 21)
     rows = np.column_stack([x, np.zeros(21), np.zeros(21), np.full(21, 0.5)])
     assert np.isclose(farther(rows, [1.1, 0.0, 0.0], 0.1)[-1, 0], 0.9)
+
+
+@pytest.mark.parametrize("operation", [lambda t, o: keep_distance(t, o, at_least=0.3), lambda t, o: farther(t, o, 0.2)])
+def test_the_repeats_of_a_stop_stay_together_where_the_path_is_bent_away(operation):
+    x = np.linspace(0.0, 1.0, 41)
+    rows = np.insert(np.column_stack([x, 0 * x, 0 * x, np.full(41, 0.5)]), 20, [[0.5, 0.0, 0.0, 0.0]] * 3, axis=0)
+    out = operation(rows, SceneObject("cup", [0.52, 0.05, 0.0], [0.1] * 3))
+    assert (out[20:24, :3] == out[20, :3]).all() and not np.allclose(out[20, :3], rows[20, :3])

@@ -63,12 +63,20 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
         selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
         up: Where the path is to keep its height, the unit vector (3,) that points up.
     """
+    fresh = _distinct(positions)
+    if not fresh.all():  # a dwell is one place, and its repeats stay with it
+        return kept_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1]
     bent = _bent_out(positions, bodies, selected, up)
     if not selected.all() or _calm(bent, positions, bodies):
         return bent
     taut = _taut(bent, positions, bodies, up)
     legal = (_gaps(taut, bodies) >= -1e-6).all()
     return taut if legal and _unrest(taut, positions) < _unrest(bent, positions) else bent
+
+
+def _distinct(positions: Array) -> Mask:
+    """Mask (N,) of the waypoints that are no repeat of the one before."""
+    return np.concatenate([[True], (np.diff(positions, axis=0) != 0.0).any(axis=1)])
 
 
 def _bent_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
@@ -150,6 +158,9 @@ def _aside(points: Array, bodies: Sequence[Cuboid], up: Array | None) -> Array:
 
 def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
     """As `kept_out`, but each waypoint goes only as far as it must by itself, and nothing follows."""
+    fresh = _distinct(positions)
+    if not fresh.all():
+        return pushed_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1]
     result, fixed = positions.copy(), _free_ends(positions, bodies)
     for a, b in runs(selected & (_depth(positions, bodies) < -ROUNDING)):
         ways = _ways(result, bodies, a, b, up)
