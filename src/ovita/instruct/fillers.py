@@ -10,7 +10,7 @@ from typing import Any, cast
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.patterns import FRACTION, QUANTITIES, as_part
-from ovita.paths.part import PathPart, both
+from ovita.paths.part import PathPart, both, outside
 
 Filler = Callable[["Constituents"], Any]
 
@@ -131,7 +131,8 @@ def _bounded_part(item: Chunk) -> PathPart:
 def _part_of(item: Chunk) -> PathPart | None:
     if item.kind == "end" and not item.value[1]:
         return None
-    return PathPart("turns") if item.kind == "turns" else as_part(item)
+    turns = PathPart("turns")
+    return {"turns": turns, "straights": outside(turns)}.get(item.kind) or as_part(item)
 
 
 # What fills slots

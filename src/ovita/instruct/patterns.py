@@ -591,6 +591,7 @@ PATTERNS: tuple[tuple[str, Build], ...] = (
     ("from here|there", lambda f: merged(f, f[1].kind)),
     ("AT|over here", _plain("indices")),
     ("here", _plain("indices")),
+    ("except AT? turns|between turns", lambda f: merged(f, "straights")),
     ("turns|before turns", lambda f: merged(f, "turns")),
     ("FIRST waypoints", lambda f: merged(f, "end", value=("start", ""))),
     ("LAST waypoints", lambda f: merged(f, "end", value=("goal", ""))),

@@ -37,6 +37,7 @@ from ovita.instruct.frames import name_of
 from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
+from ovita.instruct.passes import by_number
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
@@ -146,12 +147,19 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text, taken = on_axes(repaired(written_out(text), scene, positions), scene)
+    text, taken = put_plainly(text, scene, positions)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
+
+
+def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
+    """An utterance without slips of the tongue, points of the compass and numbers of stretches, and what was taken."""
+    text, points = on_axes(repaired(written_out(text), scene, positions), scene)
+    text, stretches = by_number(text, scene, positions)
+    return text, " ".join(filter(None, (points, stretches)))
 
 
 def otherwise(
@@ -168,7 +176,7 @@ def otherwise(
         refused: The frames of the readings that were not meant.
     """
     positions = trajectory.positions
-    text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
+    text, _ = put_plainly(text, scene, positions)
     said, _ = chunks(text, scene, positions)
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
@@ -302,7 +310,7 @@ def overheard(
     from ovita.instruct.feedback import retrospect
     from ovita.instruct.looking_back import Hearing, in_excess
 
-    text, _ = on_axes(repaired(written_out(text), scene, positions), scene)
+    text, _ = put_plainly(text, scene, positions)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_excess(in_units(found.reading, said, positions).edits, said, before)

@@ -65,7 +65,7 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
     """
     fresh = _distinct(positions)
     if not fresh.all():  # a dwell is one place, and its repeats stay with it
-        return kept_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1]
+        return np.asarray(kept_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1])
     bent = _bent_out(positions, bodies, selected, up)
     if not selected.all() or _calm(bent, positions, bodies):
         return bent
@@ -160,7 +160,7 @@ def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: A
     """As `kept_out`, but each waypoint goes only as far as it must by itself, and nothing follows."""
     fresh = _distinct(positions)
     if not fresh.all():
-        return pushed_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1]
+        return np.asarray(pushed_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1])
     result, fixed = positions.copy(), _free_ends(positions, bodies)
     for a, b in runs(selected & (_depth(positions, bodies) < -ROUNDING)):
         ways = _ways(result, bodies, a, b, up)

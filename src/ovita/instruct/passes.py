@@ -1,0 +1,113 @@
+"""Straight stretches of a path by their number: "the second row", "on the middle pass", "after the corner"."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import numpy as np
+
+from ovita.paths.geometry import runs
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array, arc_length, interpolate
+
+SAMPLES, LOOK = 240, 8
+"""Points at which a path is looked at, evenly along it, and how many of them make a chord."""
+
+TURNING, LEAVING = np.radians(25.0), np.radians(12.0)
+"""The angle between two chords from which on a path turns, and that by which it leaves the direction of a stretch."""
+
+LONG = 0.4
+"""The share of the longest straight stretch that the others are at least as long as; what is shorter leads to one."""
+
+_NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "fourth": 3, "4th": 3, "fifth": 4,
+            "5th": 4, "last": -1, "final": -1}  # fmt: skip
+
+_STRETCH = "pass|row|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
+_NUMBERED = re.compile(rf"\b(?:the\s+)?({'|'.join(_NUMBERS)}|middle)\s+({_STRETCH})\b", re.IGNORECASE)
+_CORNER = re.compile(
+    rf"\b(after|behind|past|before)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:corner|turn|bend)\b(?!\s+of\b)", re.IGNORECASE
+)
+
+
+def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
+    """An utterance with waypoints for the straight stretches and corners that it names, and what was taken, or "".
+
+    Nothing is taken where the path has one such stretch, or fewer than are named, or where an object is called so.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects may be called so.
+        positions: The path (N, 3) [m], or None.
+    """
+    words = {word.lower() for item in scene for word in item.name.split()}
+    named = [found for pattern in (_NUMBERED, _CORNER) for found in pattern.finditer(text)]
+    if positions is None or not named or any(not words.isdisjoint(one[0].lower().split()) for one in named):
+        return text, ""
+    stretches = straights(positions)
+    taken: dict[str, str] = {}
+
+    def stretch(found: re.Match[str]) -> str:
+        number = _NUMBERS.get(found[1].lower(), len(stretches) // 2 if len(stretches) % 2 else len(stretches))
+        if not -len(stretches) <= number < len(stretches):
+            return found[0]
+        first, last = stretches[number]
+        said = f"waypoints {first + 1} to {last + 1}"
+        taken[f"'{found[0].lower().removeprefix('the ')}'"] = said
+        return said
+
+    def corner(found: re.Match[str]) -> str:
+        number = _NUMBERS.get((found[2] or "first").lower(), 0)
+        between = list(pairwise(stretches))
+        if not -len(between) <= number < len(between) or (found[2] is None and len(between) > MANY):
+            return found[0]
+        (_, before), (behind, _) = between[number]
+        early = found[1].lower() == "before"
+        taken[f"'{found[0].lower()}'"] = said = (
+            f"{'up to' if early else 'from'} waypoint {(before if early else behind) + 1}"
+        )
+        return said if early else f"{said} on"
+
+    if len(stretches) < 2:
+        return text, ""
+    text = _CORNER.sub(corner, _NUMBERED.sub(stretch, text))
+    return text, f"It is taken that {' and '.join(f'{k} is {v}' for k, v in taken.items())}." if taken else ""
+
+
+MANY = 2
+"""The most corners of a path of which "the corner" without a number means the first."""
+
+
+def straights(positions: Array) -> list[tuple[int, int]]:
+    """The first and last waypoints of the long stretches of a path (N, 3) between its turns, in their order."""
+    s = arc_length(positions)
+    if len(positions) < 3 or s[-1] == 0.0:
+        return []
+    fresh = np.concatenate([[True], np.diff(s) > 0.0])
+    along = np.linspace(0.0, s[-1], SAMPLES)
+    points = interpolate(positions[fresh], np.interp(along, s[fresh], np.arange(fresh.sum())))
+    straight = np.ones(SAMPLES, dtype=bool)
+    straight[LOOK:-LOOK] = _angles(_ways(points, LOOK)[:-LOOK], _ways(points, LOOK)[LOOK:]) < TURNING
+    steps = _ways(points, 1)
+    found = []
+    for a, b in runs(straight):
+        # A turn begins where the path leaves the direction of the stretch, nearer to it than half a chord.
+        aside = _angles(steps, _ways(points[[a, b]], 1)) > LEAVING
+        before, behind = np.flatnonzero(aside[: (a + b) // 2]), np.flatnonzero(aside[(a + b) // 2 :])
+        first = before[-1] + 1 if len(before) else 0
+        last = behind[0] + (a + b) // 2 if len(behind) else SAMPLES - 1
+        found.append((along[min(first, a)], along[max(last, b)]))
+    least = LONG * max((b - a for a, b in found), default=0.0)
+    spans = [np.flatnonzero((s >= a - 1e-9) & (s <= b + 1e-9)) for a, b in found if b - a >= least]
+    return [(int(inside[0]), int(inside[-1])) for inside in spans if len(inside) > 1]
+
+
+def _ways(points: Array, look: int) -> Array:
+    """Unit vectors (N - look, 3) from points (N, 3) to those so many behind them."""
+    chords = points[look:] - points[:-look]
+    return np.asarray(chords / np.maximum(np.linalg.norm(chords, axis=1), 1e-12)[:, None])
+
+
+def _angles(one: Array, other: Array) -> Array:
+    """Angles (N,) [rad] between unit vectors (N, 3)."""
+    return np.asarray(np.arccos(np.clip((one * other).sum(axis=1), -1.0, 1.0)))
