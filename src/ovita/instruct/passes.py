@@ -26,7 +26,8 @@ _NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "
 _STRETCH = "pass|row|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
 _NUMBERED = re.compile(rf"\b(?:the\s+)?({'|'.join(_NUMBERS)}|middle)\s+({_STRETCH})\b", re.IGNORECASE)
 _CORNER = re.compile(
-    rf"\b(after|behind|past|before)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:corner|turn|bend)\b(?!\s+of\b)", re.IGNORECASE
+    rf"\b(after|behind|past|before)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:corner|turn|bend)\b(?!\s+of\b)",
+    re.IGNORECASE,
 )
 
 

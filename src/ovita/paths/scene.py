@@ -162,6 +162,9 @@ def product(left: Array, right: Array) -> Array:
 DEFAULT_SIZE = 0.05
 """Edge of the cube that stands for an object without dimensions [m]."""
 
+WIDE = 3.0
+"""How many times as long as it is thick, and as far as a path is from its surface, an object is that counts as wide."""
+
 ASSUMED_SHARE = 0.5
 """Share of the room beside a path that an object of assumed size takes up at most."""
 
@@ -259,6 +262,19 @@ class SceneObject:
     def cuboid(self) -> Cuboid:
         """The body in space, for exact distances; an object without dimensions is a 5 cm cube."""
         return Cuboid(self.position, self.rotation, self.size / 2.0)
+
+    def core(self, path: Array) -> Cuboid:
+        """What a path (N, 3) [m] is closer to or farther from: the centre, or of a wide object the middle of its body.
+
+        Past a wall or a pole the way to its centre leads along it; the line or the plate in its middle is straight
+        ahead. An object is wide that is much longer than it is thick, and than the path is from its surface.
+        """
+        centre = Cuboid(self.position, self.rotation, np.zeros(3))
+        if self.dimensions is None:
+            return centre
+        thickness, gap = float(self.size.min()), self.cuboid.closest(path)[0]
+        wide = gap > 0.0 and float(self.size.max()) > WIDE * max(thickness, gap)
+        return replace(centre, half=(self.size - thickness) / 2.0) if wide else centre
 
     def assumed_edge(self, path: Array, keep: float, edge: float = DEFAULT_SIZE) -> float:
         """Edge [m] to assume where the scene gives no dimensions: less than `edge` where a path shows that it is less.

@@ -9,7 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.geometry import Cuboid, Mask, closest_to_point, fractions, is_level, lengths, on_the_ground, runs
+from ovita.paths.geometry import Cuboid, Mask, fractions, is_level, lengths, on_the_ground, runs
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 from ovita.toolkit import arguments
@@ -65,16 +65,16 @@ def closer(
     part, the waypoints beside it follow, over 3 times the shift at its edge.
 
     Args:
-        obj: Object or point (3,) [m]; an object without dimensions is a cube of 5 cm, or less where the path
-            passes so near.
+        obj: Object or point (3,) [m], whose centre counts, or of a wide object the middle of its body; without
+            dimensions it is a cube of 5 cm, or less where the path passes so near.
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
     """
     rows = arguments.waypoints(traj)
-    centre, pull = arguments.point(obj), arguments.number(by, "by", low=0.0)
+    core, pull = core_of(obj, rows[:, :3]), arguments.number(by, "by", low=0.0)
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
-    away, distance = _polar(rows, centre)
+    away, distance = _polar(rows, core)
     weights = _nearness(distance, selected, reach)
     aim = np.maximum(distance - pull * weights, 0.0)
     up = frame.direction("up")
@@ -118,17 +118,17 @@ def farther(
     over 3 times the shift at its edge.
 
     Args:
-        obj: Object or point (3,) [m]; distances are to its centre.
+        obj: Object or point (3,) [m]; distances are to its centre, or of a wide object to the middle of its body.
         by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
         reach: [m], > 0; by default 3 times `by`, or as far as the nearest quarter of the path, but no less than 1.125
             `by`, so that no waypoint ends up nearer than `by` beyond the nearest.
     """
     rows = arguments.waypoints(traj)
-    centre, selected = arguments.point(obj), arguments.mask(where, len(rows))
+    core, selected = core_of(obj, rows[:, :3]), arguments.mask(where, len(rows))
     if (by is None) == (times is None):
         raise ValueError("give exactly one of by (metres) and times (a factor)")
-    away, distance = _polar(rows, centre)
+    away, distance = _polar(rows, core)
     up = frame.direction("up")
     level = is_level(rows[:, :3], up)
     if times is not None:
@@ -146,8 +146,8 @@ def farther(
     shift[aim <= distance] = 0.0
     moved = rows[:, :3] + _held(shift, hold, frame)
     if times is None and not hold and selected.any():
-        least = nearest(rows[:, :3], selected, centre) + amount
-        moved = pushed_out(moved, [around(centre, least)], selected, up if level else None)
+        least = nearest(rows[:, :3], selected, core) + amount
+        moved = pushed_out(moved, [replace(core, radius=least)], selected, up if level else None)
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -190,7 +190,7 @@ def keep_distance(
             inner = gap + _thickness(target) if at_least is not None else 0.0
             if outer < inner:
                 raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {inner:g} m")
-            away, distance = _polar(rows, arguments.point(target))
+            away, distance = _polar(rows, core_of(arguments.point(target), rows[:, :3]))
             level &= bool((np.abs(away @ up) <= outer).all())
             beyond = selected & (distance > outer)
             shift = away * (np.minimum(outer / np.maximum(distance, 1e-300), 1.0) - 1.0)[:, None]
@@ -301,7 +301,7 @@ def _parted(rows: Array, obj: Target, asked: float, frame: Frame) -> tuple[Array
 def passes_at(target: Target, positions: Array, selected: Mask) -> float:
     """How near a path (N, 3) or a part of it comes to a surface, or to a centre without dimensions [m]; < 0 inside."""
     if not isinstance(target, SceneObject) or target.dimensions is None:
-        return nearest(positions, selected, arguments.point(target))
+        return nearest(positions, selected, core_of(arguments.point(target), positions))
     inner = np.flatnonzero(selected[:-1] & selected[1:])
     between = target.cuboid.along(positions[inner], positions[inner + 1])[0] if len(inner) else np.array([np.inf])
     return float(min(target.cuboid.signed(positions[selected])[0].min(), between.min()))
@@ -356,12 +356,19 @@ def _short_of(body: Cuboid, positions: Array, shift: Array, gap: float) -> float
     return low
 
 
-def nearest(positions: Array, selected: Mask, centre: Array) -> float:
-    """Distance [m] of a point to the segments between selected waypoints, and to these."""
-    least = float(lengths(positions[selected] - centre).min())
+def core_of(target: Target, positions: Array) -> Cuboid:
+    """What a path (N, 3) is closer to or farther from: a point, an object's centre, or the middle of a wide one."""
+    if isinstance(target, SceneObject):
+        return target.core(positions)
+    return Cuboid(arguments.point(target), np.eye(3), np.zeros(3))
+
+
+def nearest(positions: Array, selected: Mask, core: Cuboid) -> float:
+    """Distance [m] of a core to the segments between selected waypoints, and to these."""
+    least = float(core.depth(positions[selected]).min())
     for a, b in runs(selected):
         if b > a:
-            least = min(least, closest_to_point(positions[a : b + 1], centre)[0])
+            least = min(least, core.closest(positions[a : b + 1])[0])
     return least
 
 
@@ -477,9 +484,10 @@ def radius_of(obj: Any) -> float:
     return obj.radius if isinstance(obj, SceneObject) and obj.dimensions is not None else 0.0
 
 
-def _polar(rows: Array, centre: Array) -> tuple[Array, Array]:
-    away = rows[:, :3] - centre
-    return away, np.asarray(np.linalg.norm(away, axis=1))
+def _polar(rows: Array, core: Cuboid) -> tuple[Array, Array]:
+    """Vectors (N, 3) from a core to the waypoints, and their lengths (N,) [m]."""
+    distance, outward = core.signed(rows[:, :3])
+    return outward * distance[:, None], np.asarray(np.maximum(distance, 0.0))
 
 
 def _nearness(

@@ -13,7 +13,7 @@ from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.geometry import Mask, closest_to_point, lengths, path_distances, runs, spacing, turning_angles
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
-from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
+from ovita.toolkit.approach import SURFACE_GAP, core_of, extent, nearest, passes_at
 from ovita.toolkit.arguments import Target, aimed, point
 from ovita.toolkit.avoidance import shut
 from ovita.toolkit.catalogue import Expectation
@@ -130,11 +130,11 @@ class _Case:
         return {name: float(self.values[name]) for name in names if self.values.get(name) is not None}
 
     def distances(self) -> tuple[float, float]:
-        """How near the part of the old path and of the new one come to the target's centre, between waypoints too."""
-        centre = point(self.target)
+        """How near the part of the old path and of the new one come to the target's core, between waypoints too."""
+        core = core_of(self.target, self.original[:, :3])
         old = self.paired if self.paired.any() and not self.whole else np.ones(len(self.original), dtype=bool)
         new = self.new if self.new.any() and not self.whole else np.ones(len(self.adapted), dtype=bool)
-        return nearest(self.original[:, :3], old, centre), nearest(self.adapted[:, :3], new, centre)
+        return nearest(self.original[:, :3], old, core), nearest(self.adapted[:, :3], new, core)
 
     @property
     def target(self) -> Target:
@@ -232,9 +232,9 @@ def _bounded(bounds: Sequence[_Bound], opening: str, closing: str = "", unit: st
 
 def _approach(case: _Case, sign: float) -> Outcome:
     """Sign +1: farther, -1: closer. The nearest distance decides; if that stays as it was, the average does."""
-    centre = point(case.target)
+    core = core_of(case.target, case.original[:, :3])
     old, new = case.distances()
-    pairs = np.stack([lengths(rows[case.paired, :3] - centre) for rows in (case.original, case.matched)])
+    pairs = np.stack([core.depth(rows[case.paired, :3]) for rows in (case.original, case.matched)])
     means = (float(pairs[0].mean()), float(pairs[1].mean())) if case.paired.any() else (old, new)
     gain, average = sign * (new - old), sign * (means[1] - means[0])
     noticed = NOTICED + RELATIVE * old
