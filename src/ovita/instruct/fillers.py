@@ -118,7 +118,8 @@ def _narrower(one: PathPart, other: PathPart) -> bool:
 
 def joined(parts: Sequence[PathPart]) -> PathPart:
     """What belongs to all of the parts that a frame was given."""
-    kept = [p for p in dict.fromkeys(parts) if not any(_narrower(other, p) for other in parts)]
+    plain = dict.fromkeys(replace(p, unit="waypoints") if p.amount is None else p for p in parts)
+    kept = [p for p in plain if not any(_narrower(other, p) for other in plain)]
     return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)
 
 

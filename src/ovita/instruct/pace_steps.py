@@ -13,7 +13,7 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
-from ovita.paths.part import PathPart
+from ovita.paths.part import PathPart, both
 from ovita.paths.scene import SceneObject
 from ovita.policy.source import Role
 from ovita.toolkit.speed import slow_turns, stands, travel_time
@@ -57,8 +57,27 @@ class _Speed:
 
 def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law."""
+    frame = replace(frame, part=_short_before(builder, frame))
     lasts = frame.amount is not None and frame.amount.unit == "s"
     (_last if lasts else _LAWS.get(frame.change, _change))(_Speed(builder, frame))
+
+
+def _short_before(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
+    """The part of a change of speed; to slow down before a thing is to do so near it, unless it is told from after."""
+    part = frame.part
+    braking = frame.change == "slower" and frame.amount is None and part.kind == "before"
+    if not braking or not isinstance(part.places[0], str) or part.places[0] in F.SPOTS:
+        return part
+    told = (other.part for other in builder.frames if isinstance(other, F.Pace))
+    if any(other.kind == "after" and other.places == part.places for other in told):
+        return part
+    near = builder.scale.near(builder.trajectory.positions, builder.scene[part.places[0]])
+    builder.assume(f'"before {part.places[0]}" begins {nice(BRAKING * near):g} m from its centre')
+    return both(part, PathPart("near", part.places, nice(BRAKING * near)))
+
+
+BRAKING = 2.0
+"""How many times as far as near a thing it is slow before it."""
 
 
 def _last(s: _Speed) -> None:

@@ -115,14 +115,27 @@ LONGER, MORE = frozenset(("longer", "another", "an extra", "an additional")), fr
 
 
 def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with what words call by name: a loop is no figure eight, and to creep past the cup is much slower."""
+    """Frames with what words call by name.
+
+    A loop is no figure eight, to creep past the cup is much slower, and what comes down at the end is low there alone.
+    """
     kinds = {chunk.kind for chunk in said}
     if "eight" not in kinds and kinds & {"circle", "laps"}:
         frames = tuple(map(_no_eight, frames))
+    if kinds & {"down", "up", "lower", "raise"} and "keep" not in kinds:
+        frames = tuple(map(_reached_last, frames))
     slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
     if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
         return frames
     return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
+
+
+def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """What comes down or up to a height at the end has it there, and not before."""
+    at_the_end = frame.part.kind == "last" and frame.part.amount is None
+    if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
+        return frame
+    return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
 
 
 def _no_eight(frame: F.SemanticFrame) -> F.SemanticFrame:
