@@ -11,6 +11,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.meaning import canonical
+from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import spot, target
 from ovita.paths.geometry import runs, turning_angles
 from ovita.paths.part import WHOLE, PathPart, Unit
@@ -29,10 +30,23 @@ TILT = {"left": "front", "right": "back", "front": "right", "back": "left"}
 """The axis about which a counter-clockwise turn lifts each side."""
 
 
-def _size(builder: PolicyBuilder, frame: F.Figure, what: str, share: float = 1.0) -> float:
-    """How large a figure is, stated or as it suits the scene [m]."""
-    usual = nice(share * SIZE[degree(frame)] * builder.scale.extent)
-    return builder.length(frame.radius or frame.size, usual, what)
+def _size(
+    builder: PolicyBuilder, frame: F.Figure, what: str, share: float = 1.0, room: float = float("inf")
+) -> float:
+    """How large a figure is, stated or as it suits the scene and the room beside the path [m]."""
+    usual = min(share * SIZE[degree(frame)] * builder.scale.extent, room)
+    return builder.length(frame.radius or frame.size, nice(usual), what)
+
+
+def _room(builder: PolicyBuilder, part: PathPart) -> float:
+    """How far a path can swing to its sides and keep well clear of what stands there [m]; no less than is seen."""
+    path = builder.trajectory.positions[builder.waypoints(resolved(builder, part))]
+    gaps = [surface_distance(item, path) for item in builder.scene] if len(path) > 1 else []
+    return max(0.5 * min(gaps, default=float("inf")), SEEN * builder.scale.extent)
+
+
+SEEN = 0.02
+"""The least share of the path's extent that a swing to the sides is."""
 
 
 def figure(builder: PolicyBuilder, frame: F.Figure) -> None:
@@ -114,7 +128,7 @@ def _swing(builder: PolicyBuilder, frame: F.Figure) -> None:
     where, words = builder.part(frame.part or around)
     shaking = frame.shape == "shake"
     what = "the shaking" if shaking else f"the amplitude of the {frame.shape}"
-    metres = _size(builder, frame, what, 0.15 if shaking else 0.6)
+    metres = _size(builder, frame, what, 0.15 if shaking else 0.6, _room(builder, frame.part or around))
     a = builder.knob("amplitude", metres, "to", "to each side", "size", direction="larger")
     promises = ["expect_length(longer_by=0.0)", builder.rest_stays(where)] if builder.alone else []
     if shaking:
