@@ -150,18 +150,31 @@ def drops(said: Remark) -> Iterator[Candidate]:
 
 def spares(said: Remark) -> Iterator[Candidate]:
     """Without all but what is to stay: "forget the rest, keep the lift", "undo everything except the lift"."""
+    kept, left = _kept_and_left(said)
+    meant = said.meant(kept)
+    if not meant or any(_is_strange(p) for p in (*kept, *left)) or not (left or len(meant) < len(said.before)):
+        return
+    edits = tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in meant)
+    question = "" if edits else "Nothing else was changed; what should be different?"
+    yield Candidate(edits, (*kept, *left), question, sure=True)
+
+
+def _kept_and_left(said: Remark) -> tuple[list[Phrase], list[Phrase]]:
+    """The pieces that name what is to stay, and those that say that the rest is to go; none where that is not said."""
     spans = _spans(said.pieces)
     gone = [i for i, span in enumerate(spans) if _is_given_up(span, before=spans[i + 1 :])]
     left = [p for i in gone for p in spans[i]]
-    at = next((i for i, p in enumerate(left) if p.cues & {"except"}), len(left))
+    at = next((i for i, p in enumerate(left) if _cued(p, "except")), len(left))
     stays = (span for i, span in enumerate(spans) if i not in gone and _stays(span, gone, i))
-    kept = left[at + 1 :] or [p for span in stays if said.meant(span) for p in span]
-    meant = said.meant(kept)
-    strange = any(p.number or (p.unknown and p.text not in ("else", "other")) for p in (*kept, *left))
-    if meant and not strange and (gone or len(meant) < len(said.before)):
-        edits = tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in meant)
-        question = "" if edits else "Nothing else was changed; what should be different?"
-        yield Candidate(edits, (*kept, *left), question, sure=True)
+    return left[at + 1 :] or [p for span in stays if said.meant(span) for p in span], left
+
+
+def _is_strange(piece: Phrase) -> bool:
+    return piece.number is not None or (piece.unknown and piece.text not in ("else", "other"))
+
+
+def _cued(piece: Phrase, *cues: str) -> bool:
+    return not piece.cues.isdisjoint(cues)
 
 
 def _spans(pieces: Sequence[Phrase]) -> list[list[Phrase]]:
@@ -182,19 +195,21 @@ def _is_given_up(span: Sequence[Phrase], before: Sequence[Sequence[Phrase]]) -> 
     """Whether all, or all the rest, is to go: "undo everything", "the rest can go", or "reset" before something."""
     words = {word for p in span for word in p.text.split()}
     rest = not words.isdisjoint(("rest", "others", "else"))
-    going = any(p.cues & {"undo", "restart"} for p in span) or (rest and not words.isdisjoint(("go", "goes")))
-    asked = [p for p in span if p.content and not p.cues & {"undo", "restart", "only"} and p.concept != "whole"]
-    over = any(p.cues & {"except"} for p in span)
+    going = any(_cued(p, "undo", "restart") for p in span) or (rest and not words.isdisjoint(("go", "goes")))
+    if not going or any(_cued(p, "keep", "not") for p in span):
+        return False
+    asked = any(p.content and not _cued(p, "undo", "restart", "only") and p.concept != "whole" for p in span)
     bare = not asked and (bool(before) or "everything" in words)
-    return going and (over or rest or bare) and not any(p.cues & {"keep", "not"} for p in span)
+    return rest or bare or any(_cued(p, "except") for p in span)
 
 
 def _stays(span: Sequence[Phrase], gone: Sequence[int], at: int) -> bool:
     """Whether what is named is to stay: "keep the lift"; where nothing else is said to go, "keep only the lift"."""
-    keep, just = (any(p.cues & {cue} and p.text != "alone" for p in span) for cue in ("keep", "only"))
-    against = any(p.cues & {"undo", "restart", "not", "except"} or p.text == "alone" for p in span)
+    if any(_cued(p, "undo", "restart", "not", "except") or p.text == "alone" for p in span):
+        return False
+    keep, just = (any(_cued(p, cue) for p in span) for cue in ("keep", "only"))
     but = span[0].text == "but" and at - 1 in gone
-    return not against and ((keep or just or but) if gone else (keep and just))
+    return keep or just or but if gone else keep and just
 
 
 def only(said: Remark) -> Iterator[Candidate]:

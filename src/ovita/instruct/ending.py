@@ -60,31 +60,28 @@ def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
 
 def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | None:
     """How much sooner or later a clause says that the path ends, if it says nothing else."""
-    lengths = [i for i, chunk in enumerate(clause) if chunk.kind == "Qm"]
-    if len(lengths) != 1 or any(chunk.kind in ("OBJ", "never", "first") and not _sooner(chunk) for chunk in clause):
+    at = next((i for i, chunk in enumerate(clause) if chunk.kind == "Qm"), -1)
+    if at < 0 or any(chunk.kind in ("OBJ", "never") for chunk in clause):
         return None
-    words = [word for i, chunk in enumerate(clause) if i not in lengths for word in chunk.text.lower().split()]
-    way = [word for word in words if word in SOONER | LATER]
-    if len(way) != 1 or not {*words} <= AMONG | NOW | {*way}:
+    first, then = _words(clause[:at]), _words(clause[at + 1 :])
+    way = [word for word in (*first, *then) if word in SOONER | LATER]
+    known = AMONG | NOW | {*way[:1]}
+    if len(way) != 1 or not known.issuperset((*first, *then)) or not _ends(first, then, way[0]):
         return None
-    if not _comes_to_the_end(clause[: lengths[0]], clause[lengths[0] + 1 :], way[0]):
-        return None
-    q = clause[lengths[0]].number
+    q = clause[at].number
     amount = Quantity(q.value, "m", said=q.said)
     return Trim(cut="last", amount=amount) if way[0] in SOONER else Extend(by=amount)
 
 
-def _sooner(chunk: Chunk) -> bool:
-    return chunk.text.lower() in SOONER
+def _words(chunks: Sequence[Chunk]) -> list[str]:
+    return [word for chunk in chunks for word in chunk.text.lower().split()]
 
 
-def _comes_to_the_end(first: Sequence[Chunk], then: Sequence[Chunk], way: str) -> bool:
+def _ends(first: Sequence[str], then: Sequence[str], way: str) -> bool:
     """Whether the words before a length are about ending, and those behind it say what it is before or beyond.
 
     "The end" is a place, and not what is to be done.
     """
-    words = [word for chunk in first for word in chunk.text.lower().split()]
-    ends = [i for i, word in enumerate(words) if word in ENDING]
-    behind = [word for chunk in then for word in chunk.text.lower().split()]
-    placed = way not in ("before", "beyond", "past") or bool({*behind} & NOW)
-    return bool(ends) and words[ends[0] - 1 : ends[0]] != ["the"] and placed
+    at = next((i for i, word in enumerate(first) if word in ENDING), -1)
+    placed = way not in ("before", "beyond", "past") or not NOW.isdisjoint(then)
+    return at >= 0 and first[max(at - 1, 0)] != "the" and placed

@@ -30,9 +30,7 @@ TILT = {"left": "front", "right": "back", "front": "right", "back": "left"}
 """The axis about which a counter-clockwise turn lifts each side."""
 
 
-def _size(
-    builder: PolicyBuilder, frame: F.Figure, what: str, share: float = 1.0, room: float = float("inf")
-) -> float:
+def _size(builder: PolicyBuilder, frame: F.Figure, what: str, share: float = 1.0, room: float = float("inf")) -> float:
     """How large a figure is, stated or as it suits the scene and the room beside the path [m]."""
     usual = min(share * SIZE[degree(frame)] * builder.scale.extent, room)
     return builder.length(frame.radius or frame.size, nice(usual), what)
@@ -336,16 +334,19 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
         return
     builder.goal_moved = True
     if part.kind == "last" and part.unit == "m" and part.amount:
-        name = builder.knob("shorter_by", short(part.amount), "by", "how much sooner the path ends", "amount")
-        promise = f"expect_length(shorter_by={name})" if builder.alone else ""
-        builder.add(
-            f"traj = shorten(traj, {name})", f"Leave out the last {part.amount:g} m.", promise, ends={"waypoints": ""}
-        )
+        _shorten(builder, part.amount)
         return
     where, words = builder.part(part)
     ends = {"start": f"expect_start(original[{left[0]}, :3])", "goal": f"expect_goal(original[{left[-1]}, :3])"}
     plan, ends = f"Leave out the waypoints{words}.", ends if builder.alone else {}
     builder.add(f"traj = traj[~{where}]", plan, ends=ends | {"waypoints": ""})
+
+
+def _shorten(builder: PolicyBuilder, metres: float) -> None:
+    """Cut the last so many metres off."""
+    name = builder.knob("shorter_by", short(metres), "by", "how much sooner the path ends", "amount")
+    promise = f"expect_length(shorter_by={name})" if builder.alone else ""
+    builder.add(f"traj = shorten(traj, {name})", f"Leave out the last {metres:g} m.", promise, ends={"waypoints": ""})
 
 
 def _cut(builder: PolicyBuilder, frame: F.Trim) -> PathPart | None:

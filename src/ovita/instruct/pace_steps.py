@@ -293,11 +293,7 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     stood = _stands_for(builder, frame)
-    if stood and frame.longer and frame.duration is None:
-        name = steps(builder, F.Quantity(stood, "step"))
-        builder.assume(f"longer is twice the {stood * builder.trajectory.timestep:g} s that it waits there")
-    else:
-        name = steps(builder, frame.duration)
+    name = steps(builder, _as_long_again(builder, stood) if frame.longer and not frame.duration else frame.duration)
     lasting = waited(builder, name) + (" longer" if stood and frame.longer else "")
     short_of = _short_of(builder, item, frame)
     if item is not None and short_of is not None:
@@ -313,6 +309,14 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     in_all = ", in_all=True" if stood and not frame.longer else ""
     lasting += " in all" if in_all else ""
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
+
+
+def _as_long_again(builder: PolicyBuilder, stood: int) -> F.Quantity | None:
+    """How much longer "longer" is: as long as it waits there already."""
+    if not stood:
+        return None
+    builder.assume(f"longer is twice the {stood * builder.trajectory.timestep:g} s that it waits there")
+    return F.Quantity(stood, "step")
 
 
 def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:

@@ -228,7 +228,7 @@ def _with_the_rest(
     if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
         return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(), apart=apart)
     found = replace(_understood(rest, scene, positions, before, quick=False), apart=apart)
-    if found.reading.asks or found.outcome == "ask":
+    if found.reading.asks:
         return found
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
         left = tuple(rest.split())

@@ -237,7 +237,11 @@ def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, 
     if reply.kind != "policy":
         return reply
     if verdict.outcome == "do":
-        unused = (f"{quoted(verdict.unused)} {'is' if len(verdict.unused) == 1 else 'are'} not used",) if verdict.unused else ()
+        unused = (
+            (f"{quoted(verdict.unused)} {'is' if len(verdict.unused) == 1 else 'are'} not used",)
+            if verdict.unused
+            else ()
+        )
         return replace(reply, assumptions=(*reply.assumptions, *unused, *verdict.doubts))
     return replace(reply, confirm=True, unplaced=verdict.unused, doubts=verdict.doubts)
 
