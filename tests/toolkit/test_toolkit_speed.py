@@ -306,4 +306,4 @@ def test_the_straights_between_the_turns_of_a_long_path_keep_their_speed():
     lanes = [np.column_stack([row if k % 2 == 0 else row[::-1], np.full(41, 3.0 * k)]) for k in range(4)]
     rows = np.column_stack([np.concatenate(lanes), np.zeros(164), np.full(164, 0.9)])
     slow = slow_turns(rows, 0.5)[:, 3]
-    assert slow[41] == 0.45 and (slow[5:22] == 0.9).all() and (slow[55:66] == 0.9).all()
+    assert slow[41] == 0.45 and (slow[5:21] == 0.9).all() and (slow[55:66] == 0.9).all()

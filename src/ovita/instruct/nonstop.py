@@ -23,7 +23,7 @@ DENIED = frozenset(
         *("without", "must not", "mustn't", "must never", "should not", "shouldn't", "should never", "shall not"),
         *("may not", "not ever", "don't want", "do not want", "no need", "need not", "needn't", "instead of"),
         *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor", "no more"),
-        *("doesn't", "doesnt", "does not"),
+        *("doesn't", "doesnt", "does not", "forget", "forget about", "omit", "ditch"),
         *("skip", "remove", "cut", "drop", "delete", "cancel", "scrap", "lose", "leave out", "take out", "get rid of"),
     )
 )
@@ -45,7 +45,7 @@ BETWEEN = frozenset(
     (
         *("the", "that", "this", "its", "it", "want", "to", "ever", "be", "a", "any", "have", "you", "make", "need"),
         *NEEDED,
-        "bother",
+        *("bother", "little", "short", "brief"),
     )
 )
 """Fillers between a denial and what it denies."""

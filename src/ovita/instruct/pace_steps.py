@@ -13,8 +13,10 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
+from ovita.paths.geometry import runs
 from ovita.paths.part import PathPart, both
 from ovita.paths.scene import SceneObject
+from ovita.paths.trajectory import Array
 from ovita.policy.source import Role
 from ovita.toolkit.speed import slow_turns, stands, travel_time
 
@@ -206,10 +208,22 @@ def _from_to(s: _Speed) -> tuple[float, float]:
     return float(f"{begin:.3g}"), float(f"{end:.3g}")
 
 
+def _sharpness(rows: Array) -> int:
+    """The angle [degrees] from which on a path turns: the largest by which no gentle turn is missed; 0 for none."""
+    slow = {angle: slow_turns(rows, 0.5, angle=angle)[:, 3] < 0.51 * rows[:, 3] for angle in ANGLES}
+    sharpest = next((angle for angle, turning in slow.items() if turning.any()), 0)
+    angles = [a for a in (sharpest, *GENTLE) if a and a <= sharpest and slow[a].mean() <= MOST]
+    return max(angles, key=lambda angle: (len(list(runs(slow[angle]))), angle), default=sharpest)
+
+
+GENTLE, MOST = (20, 10), 0.4
+"""Angles of gentler turns, and the largest share of a path that its turns may be for these to count."""
+
+
 def _turns(s: _Speed) -> None:
     q, rows = s.q, s.builder.rows()
     factor = SLOWER[degree(s.frame)] if q is None else 1.0 - q.value if (q.unit, q.role) == ("%", "by") else q.value
-    angle = next((a for a in ANGLES if (slow_turns(rows, 0.5, angle=a) != rows).any()), 0)
+    angle = _sharpness(rows)
     meaning = "factor on the speed in turns"
     name = s.builder.knob("slowdown", factor, "factor", meaning, "amount", unit="", direction="slower")
     call, plan = f"slow_turns(traj, {name}, angle={angle or ANGLES[0]})", "Slow down before and in turns, to "

@@ -114,8 +114,8 @@ def farther(
     """Push the nearest part away from an object by metres, or times=2: double all distances.
 
     The push is `by` at the nearest part, between waypoints too, and fades to 0 where the distance is `reach` larger. A
-    level path stays level. Start and goal move only if they are about the nearest. On a part, those beside it follow,
-    over 3 times the shift at its edge.
+    level path stays level. Start, goal and stops move only if they are about the nearest. On a part, those beside it
+    follow, over 3 times the shift at its edge.
 
     Args:
         obj: Object or point (3,) [m]; distances are to its centre, or of a wide object to the middle of its body.
@@ -136,7 +136,10 @@ def farther(
     else:
         amount = arguments.number(by, "by", low=0.0)
         weights = _nearness(distance, selected, reach, GENTLEST * amount, STEEPEST * amount)
-        aim = distance + amount * (weights * _between_ends(rows, weights) if where is None else weights)
+        if where is None:
+            about = distance <= distance[selected].min(initial=np.inf) + ABOUT_NEAREST * amount
+            weights *= _between_stays(rows, weights, ~about)
+        aim = distance + amount * weights
     if level:
         shift = _level_shift(away, aim, up, rows)
     else:
@@ -510,19 +513,25 @@ def _nearness(
     return weights
 
 
-def _between_ends(rows: Array, weights: Array) -> Array:
-    """Factors (N,) on weights that let start and goal stay, unless an end is about as near as anything."""
+def stays(rows: Array) -> Mask:
+    """Mask (N,) of start, goal and stops: waypoints on the way that are repeated at rest."""
+    repeats = (np.diff(rows[:, :3], axis=0) == 0.0).all(axis=1)
+    repeated = np.concatenate([[False], repeats]) | np.concatenate([repeats, [False]])
+    repeated[[0, -1]] = True
+    return np.asarray(repeated)
+
+
+def _between_stays(rows: Array, weights: Array, fixed: Mask) -> Array:
+    """Factors (N,) on weights that let start, goal and stops stay, where a mask (N,) says so."""
     s, i = arc_length(rows[:, :3]), int(np.argmax(weights))
     factors = np.ones(len(rows))
-    if weights[0] < ABOUT_NEAREST:
-        factors *= smoothstep(s / max(float(s[i]), 1e-9))
-    if weights[-1] < ABOUT_NEAREST:
-        factors *= smoothstep((s[-1] - s) / max(float(s[-1] - s[i]), 1e-9))
+    for place in np.unique(s[stays(rows) & fixed]):
+        factors *= smoothstep(np.abs(s - place) / max(abs(float(s[i]) - place), 1e-9))
     return factors
 
 
-ABOUT_NEAREST = 0.8
-"""The weight from which on an end counts as the nearest part of a path."""
+ABOUT_NEAREST = 0.25
+"""How much farther off than the nearest, as a share of a push, an end or a stop may be to count as the nearest too."""
 
 
 def extent(obj: Target, direction: Array) -> float:
@@ -544,8 +553,9 @@ def _window(rows: Array, centre: Array, share: float) -> Mask:
 def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> tuple[int, Array]:
     """The waypoint nearest to a point, ends aside, and the weights (N,) of a jump there.
 
-    They are 1 within `level` of that waypoint, and 0 beyond `share` more and at both ends of the path. The waypoint is
-    twice `level` from both ends, where there is one, so that the level part has room.
+    They are 1 within `level` of that waypoint, and 0 beyond `share` more, at both ends of the path, and from a stop on
+    that is no nearer along the path than the point is to it. The waypoint is twice `level` from both ends, where there
+    is one, so that the level part has room.
     """
     fraction = fractions(rows[:, :3])
     inner = np.flatnonzero((fraction > 0.0) & (fraction < 1.0))
@@ -556,7 +566,10 @@ def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> 
     inner = roomy if len(roomy) else inner
     i = int(inner[np.argmin(lengths(rows[inner, :3] - centre))])
     gap = fraction - fraction[i]
-    reach = np.minimum(share + level, np.where(gap < 0.0, fraction[i], 1.0 - fraction[i]))
+    aside = float(lengths(centre - rows[i, :3])) / max(float(arc_length(rows[:, :3])[-1]), ROUNDING)
+    stops = gap[stays(rows) & (np.abs(gap) >= aside)]
+    before, behind = -stops[stops < 0.0].max(initial=-fraction[i]), stops[stops > 0.0].min(initial=1.0 - fraction[i])
+    reach = np.minimum(share + level, np.where(gap < 0.0, before, behind))
     flat = np.minimum(level, reach / 2.0)
     slope = reach - flat
     weights = smoothstep(np.divide(reach - np.abs(gap), slope, out=np.zeros_like(gap), where=slope > ROUNDING))

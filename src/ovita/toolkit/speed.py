@@ -24,7 +24,7 @@ LOOK = 0.05
 """Fraction of the path's length over which the directions before and behind a waypoint are taken."""
 
 SEGMENTS = 3.0
-"""Segments over which they are taken where that is less, so that turns of a long path are not taken for wider."""
+"""Segments over which they are taken too where that is less, so that a turn is not taken for wider than it is."""
 
 LEAD = 0.1
 """Fraction of the path's length over which the robot slows down before a turn; it takes half to speed up again."""
@@ -217,9 +217,10 @@ def trapezoid_speed(traj: ArrayLike, cruise: float | None = None, *, ramp: float
 def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> Array:
     """Slow down before and in turns.
 
-    A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it, or over 3 segments
-    where that is less, differ by the angle. The speed is multiplied by the factor there, and by less and less over 10 %
-    of the path before a turn and 5 % after it, or over a third and a sixth of the way between two turns.
+    A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the angle,
+    and those over 3 segments, where that is less, by a third of it. The speed is multiplied by the factor there, and by
+    less and less over 10 % of the path before a turn and 5 % after it, or over a third and a sixth of the way between
+    two turns.
 
     Args:
         factor: 0..1.
@@ -233,7 +234,8 @@ def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> 
         return rows
     steps = np.diff(s)
     look = float(np.clip(SEGMENTS * np.median(steps[steps > 0.0]), LOOK / 5.0 * s[-1], LOOK * s[-1]))
-    turns = s[_bends(rows[:, :3], s, look) >= sharp - 1e-9]
+    wide, close = (_bends(rows[:, :3], s, reach) for reach in (LOOK * s[-1], look))
+    turns = s[(wide >= sharp - 1e-9) & (close >= sharp / 3.0 - 1e-9)]
     if not len(turns):
         return rows
     edged = np.concatenate([[-np.inf], turns, [np.inf]])

@@ -55,7 +55,7 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
     """A path (N, 3) [m] bent around bodies; it passes each stretch that was in one by just touching it.
 
     A stretch is shifted along one direction, the one in which it is out soonest, and what is before and behind it
-    follows, over about three times the shift. A start or a goal that is in no body stays.
+    follows, over about three times the shift. A start, a goal or a dwell that is in no body stays.
 
     Args:
         positions: (N, 3) [m].
@@ -63,15 +63,20 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
         selected: Mask (N,) of the waypoints that may move; a segment counts if both its ends may.
         up: Where the path is to keep its height, the unit vector (3,) that points up.
     """
-    fresh = _distinct(positions)
-    if not fresh.all():  # a dwell is one place, and its repeats stay with it
-        return np.asarray(kept_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1])
-    bent = _bent_out(positions, bodies, selected, up)
-    if not selected.all() or _calm(bent, positions, bodies):
+    fresh = _distinct(positions)  # a dwell is one place, and its repeats stay with it
+    path, free = positions[fresh], selected[fresh]
+    fixed = _staying(path, bodies, _dwells(fresh))
+    return np.asarray(_kept_out(path, bodies, free, fixed, up)[np.cumsum(fresh) - 1])
+
+
+def _kept_out(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask, up: Array | None) -> Array:
+    """As `kept_out`, of a path without repeats and a mask (N,) of what stays."""
+    bent = _bent_out(path, bodies, selected, fixed, up)
+    if not selected.all() or _calm(bent, path, bodies):
         return bent
-    taut = _taut(bent, positions, bodies, up)
-    legal = (_gaps(taut, bodies) >= -1e-6).all()
-    return taut if legal and _unrest(taut, positions) < _unrest(bent, positions) else bent
+    taut = _taut(bent, path, bodies, up)
+    legal = (_gaps(taut, bodies) >= -1e-6).all() and (lengths(taut[fixed] - path[fixed]) <= ROUNDING).all()
+    return taut if legal and _unrest(taut, path) < _unrest(bent, path) else bent
 
 
 def _distinct(positions: Array) -> Mask:
@@ -79,9 +84,14 @@ def _distinct(positions: Array) -> Mask:
     return np.concatenate([[True], (np.diff(positions, axis=0) != 0.0).any(axis=1)])
 
 
-def _bent_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Array | None) -> Array:
+def _dwells(fresh: Mask) -> Mask:
+    """Which of the waypoints (M,) that are no repeats are repeated behind."""
+    return np.asarray(np.diff(np.flatnonzero([*fresh, True])) > 1)
+
+
+def _bent_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask, up: Array | None) -> Array:
     """A path (N, 3) bent around bodies stretch by stretch, by the smallest shift of each."""
-    result, fixed = positions.copy(), _free_ends(positions, bodies)
+    result = positions.copy()
     for _ in range(BENDS):
         inside = _inside(result, bodies, selected)
         stretch = next(runs(inside), None)
@@ -161,7 +171,7 @@ def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: A
     fresh = _distinct(positions)
     if not fresh.all():
         return np.asarray(pushed_out(positions[fresh], bodies, selected[fresh], up)[np.cumsum(fresh) - 1])
-    result, fixed = positions.copy(), _free_ends(positions, bodies)
+    result, fixed = positions.copy(), _staying(positions, bodies, np.zeros(len(positions), dtype=bool))
     for a, b in runs(selected & (_depth(positions, bodies) < -ROUNDING)):
         ways = _ways(result, bodies, a, b, up)
         exits = _exits(result[a : b + 1], bodies, np.array(ways))
@@ -170,12 +180,11 @@ def pushed_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: A
     return _cleared(result, bodies, selected, fixed, up)
 
 
-def _free_ends(positions: Array, bodies: Sequence[Cuboid]) -> Mask:
-    """Mask (N,) of the start and the goal of a path (N, 3), where they are in no body; of two waypoints none stays."""
-    fixed = np.zeros(len(positions), dtype=bool)
-    if len(positions) > 2:
-        fixed[[0, -1]] = _depth(positions[[0, -1]], bodies) >= 0.0
-    return fixed
+def _staying(positions: Array, bodies: Sequence[Cuboid], dwells: Mask) -> Mask:
+    """Mask (N,) of start, goal and dwells of a path (N, 3) that are in no body; of two waypoints none stays."""
+    fixed = dwells.copy()
+    fixed[[0, -1]] = True
+    return fixed & (_depth(positions, bodies) >= 0.0) if len(positions) > 2 else fixed & False
 
 
 def _depth(points: Array, bodies: Sequence[Cuboid]) -> Array:
@@ -300,12 +309,11 @@ def _weights(
     """
     s = arc_length(path)
     weights = np.zeros(len(path))
-    for side, edge, end in ((-1.0, s[stretch[0]], 0), (1.0, s[stretch[1]], -1)):
-        half = side * (edge - peak)
+    for side, edge in ((-1.0, s[stretch[0]]), (1.0, s[stretch[1]])):
+        half, away = side * (edge - peak), side * (s - peak)
         length = max(2.0 * half, GENTLE * shift + flat * half)
-        length = min(length, side * (s[end] - peak)) if fixed[end] else length
+        length = min(length, float(away[fixed & (away > 0.0)].min(initial=np.inf)))
         level = min(flat * half, length / 2.0)
-        away = side * (s - peak)
         here = away >= 0.0
         rise = smoothstep((length - away) / max(length - level, 1e-12))
         weights[here] = rise[here]
