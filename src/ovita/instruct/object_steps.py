@@ -13,7 +13,7 @@ from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap, waited
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
 from ovita.toolkit.avoidance import shut
@@ -187,14 +187,23 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
 
 
 def _through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", promise: str = "") -> None:
-    """Bend the path through a place, or a place beside it, and promise that it comes by there."""
-    # A narrower bend where there are several, so that they do not disturb each other.
-    width = ", width=0.15" if sum(isinstance(f, F.Side | F.Visit) for f in builder.frames) > 1 else ""
+    """Bend the path through a place, or a place beside it, and promise that it comes by there.
+
+    The bend is narrower where a smaller one is gentle enough, and where there are several, which might meet.
+    """
+    most = 0.15 if sum(isinstance(f, F.Side | F.Visit) for f in builder.frames) > 1 else 0.3
+    before, call = builder.positions, f"go_through(traj, {code}{offset}, width={most:g})"
+    shifts = builder.shifts_by(call)
+    width = min(most, max(nice(GENTLE * float(shifts.max()) / max(float(arc_length(before)[-1]), 1e-9)), NARROWEST))
+    call = f"traj = go_through(traj, {code}{offset}{f', width={width:g}' if width < 0.3 else ''})"
     promise = promise or f"expect_visits({code}, within={builder.tolerance}{offset})"
-    call, before = f"traj = go_through(traj, {code}{offset}{width})", builder.positions
     builder.add(call, plan, promise)
     bent = builder.positions
     builder.passed.append((bent[np.linalg.norm(bent - before, axis=1).argmax()], call))
+
+
+GENTLE, NARROWEST = 3.0, 0.05
+"""How many times as long as its shift half a bend is at least, and its least share of the path's length."""
 
 
 def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
@@ -301,13 +310,13 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
         axis = builder.axis(word)
         half, ref = extent(item, axis), builder.ref(item)
-        gap = max(builder.scale.step("slight"), builder.room(item), *_kept_from(builder, item))
+        now = max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
+        gap = max(min(builder.scale.step("slight"), nice(now)), builder.room(item), *_kept_from(builder, item))
         words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
         stays = min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
         passes = not (where or frame.along or stays)
         if passes:  # no nearer than it passes now, as far as that goes
-            now = min(surface_distance(item, builder.positions), builder.scale.step("moderate"))
-            gap = max(gap, nice(max(now, 0.0)))
+            gap = max(gap, nice(min(now, builder.scale.step("moderate"))))
         builder.assume(f"the distance kept {words} is {gap:g} m")
         name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
         if passes:
@@ -323,6 +332,10 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
             holds=not where and bool((reach >= half + gap).all()),
         )
+
+
+CLEAR = 0.03
+"""The least share of the path's extent that it keeps beside what it is to pass."""
 
 
 def _other_side(builder: PolicyBuilder, item: SceneObject) -> str:
