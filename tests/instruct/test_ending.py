@@ -27,6 +27,8 @@ SCENE = Scene((SceneObject("cup", [1.5, 0.6, 0.1], [0.1] * 3),))
         ("stop 10 cm further on", "extend by=10cm"),
         ("slower near the cup, and stop 20 cm earlier", "pace slower @near=cup; trim last=20cm"),
         ("stop 10 cm before the cup", "stop at=cup by=10cm"),
+        ("I need it back 5 seconds sooner.", "pace faster by=5s"),
+        ("arrive 2 seconds later", "pace slower by=2s"),
     ],
 )
 def test_an_end_that_comes_sooner_or_later(said, meant):

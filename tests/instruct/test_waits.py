@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ovita import Scene, SceneObject, adapt
+from ovita import Scene, SceneObject, accept, adapt
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.toolkit.speed import dwell
@@ -23,11 +23,13 @@ STEPS_THERE = 20
         ("wait 2 seconds longer at the desk", 40),
         ("wait another 3 seconds at the desk", 50),
         ("wait longer at the desk", 40),
+        ("stay 2 seconds longer at the stop", 40),
         ("you don't need to wait at the desk any more", 0),
     ],
 )
 def test_how_long_it_stands_there_afterwards(said, steps):
     result = adapt(Request(said, PATH, Scene((DESK,))))
+    result = accept(result) if result.proposal is not None else result
     path = result.adapted.positions
     assert result.status == "done"
     assert (np.diff(path, axis=0) == 0.0).all(axis=1).sum() == steps

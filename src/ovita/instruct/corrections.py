@@ -28,6 +28,16 @@ def flips(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *said.others))
 
 
+def other_sides(said: Remark) -> Iterator[Candidate]:
+    """The thing that was named last on its other side, where no side or direction was said: "no, the other side"."""
+    pieces = [p for p in said.cued("flip") if "side" in p.text.split()]
+    sided = any(isinstance(f, F.Side | F.Figure | F.Rotate) or directions_of(f) for f in said.before)
+    names = _items([p for p in said.active if p.items]) or next((f.named for f in reversed(said.before) if f.named), ())
+    if pieces and not sided and len(names) == 1:
+        used = [p for p in said.active if p.cues or p.items or p.concept in ("pass", "around", "of", "at")]
+        yield Candidate((E.Also(frame=F.Side(direction="other", objects=names)),), used, sure=True)
+
+
 def contraries(said: Remark) -> Iterator[Candidate]:
     """The other way round, by a word for it: "no, speed up", "faster instead"."""
     denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]

@@ -1,20 +1,25 @@
-"""Ends that come sooner or later: "stop half a metre short of where you stop now", "end 20 cm further on".
+"""Ends that come sooner or later: "stop half a metre short of where you stop now", "be back 5 seconds earlier".
 
 It is read before anybody reads the rest, and its words become blanks, so that all other words keep their places.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Literal
 
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.frames import Extend, Quantity, Trim
+from ovita.instruct.frames import Extend, Pace, Quantity, Trim
 
 ENDING = frozenset("stop stopping halt park end ending finish finishing".split())
 """Words for coming to the end; "it stops 10 cm short" complains."""
 
 NOW = frozenset("stops stopped halts parks ends ended finishes goal there that".split()) | ENDING
 """Words for where it ends as yet."""
+
+ARRIVING = frozenset("arrive arriving back home done ready be finished get need there".split())
+IN_TIME: Mapping[str, Literal["faster", "slower"]] = {"earlier": "faster", "sooner": "faster", "later": "slower"}
+"""Words for being there so many seconds sooner or later, and what the speed is to be for it."""
 
 SOONER = frozenset("earlier sooner short shorter before".split())
 LATER = frozenset("later further farther longer beyond past".split())
@@ -28,7 +33,7 @@ AMONG = frozenset(
 PAUSES = ("comma", "dot", "and", "because")
 
 
-def moved_ends(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Trim | Extend, ...]]:
+def moved_ends(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Trim | Extend | Pace, ...]]:
     """An utterance without how much sooner or later the path is to end, and that as a frame.
 
     It is left as it is where the path goes on after it stops, and where anything else is said in the same clause.
@@ -58,18 +63,23 @@ def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
     return [clause for clause in clauses if clause]
 
 
-def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | None:
+def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | Pace | None:
     """How much sooner or later a clause says that the path ends, if it says nothing else."""
-    at = next((i for i, chunk in enumerate(clause) if chunk.kind == "Qm"), -1)
+    at = next((i for i, chunk in enumerate(clause) if chunk.kind in ("Qm", "Qs")), -1)
     if at < 0 or any(chunk.kind in ("OBJ", "never") for chunk in clause):
         return None
+    timed, q = clause[at].kind == "Qs", clause[at].number
     first, then = _words(clause[:at]), _words(clause[at + 1 :])
     way = [word for word in (*first, *then) if word in SOONER | LATER]
-    known = AMONG | NOW | {*way[:1]}
-    if len(way) != 1 or not known.issuperset((*first, *then)) or not _ends(first, then, way[0]):
+    known = AMONG | (ARRIVING if timed else NOW) | {*way[:1]}
+    if len(way) != 1 or not known.issuperset((*first, *then)):
         return None
-    q = clause[at].number
+    if timed:
+        arrives = way[0] in IN_TIME and not ARRIVING.isdisjoint((*first, *then))
+        return Pace(change=IN_TIME[way[0]], amount=Quantity(q.value, "s", said=q.said)) if arrives else None
     amount = Quantity(q.value, "m", said=q.said)
+    if not _ends(first, then, way[0]):
+        return None
     return Trim(cut="last", amount=amount) if way[0] in SOONER else Extend(by=amount)
 
 

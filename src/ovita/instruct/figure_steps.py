@@ -69,6 +69,9 @@ def _turns(builder: PolicyBuilder, frame: F.Figure, usual: float, words: str) ->
 def _circle(builder: PolicyBuilder, frame: F.Figure) -> None:
     code, words, point = target(builder, frame.place)
     n, turns = _turns(builder, frame, 1.0, f"turns around {words}")
+    rounds = _rounds(builder, point)
+    if rounds >= ALREADY:
+        builder.ask(f"The path goes round {words} {rounds:.1f} times already: should it be {turns:g} more, or in all?")
     radius = _radius_around(builder, frame, words, point)
     up, passing = builder.axis("up"), builder.passing(point) - point
     around = radius or f"{np.linalg.norm(passing - (passing @ up) * up):.4g}"
@@ -76,6 +79,19 @@ def _circle(builder: PolicyBuilder, frame: F.Figure) -> None:
     plan = f"From the point closest to {words}, go around it {'once' if turns == 1 else f'{turns:g} times'}."
     promise = f"expect_length(longer_by=5 * {n} * {around})"
     builder.add(f"traj = circle(traj, {code}{extra}, turns={n})", plan, promise, ends=builder.stay())
+
+
+def _rounds(builder: PolicyBuilder, point: Array) -> float:
+    """How often the given path goes round a point (3,), seen from above."""
+    up = builder.axis("up")
+    across = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    away = builder.trajectory.positions - point
+    angles = np.unwrap(np.arctan2(away @ np.cross(up, across), away @ across))
+    return float(np.ptp(angles)) / (2.0 * np.pi)
+
+
+ALREADY = 0.75
+"""Rounds of a path about a thing from which on it has to be asked what a further one means."""
 
 
 def _radius_around(builder: PolicyBuilder, frame: F.Figure, words: str, point: Array) -> str:

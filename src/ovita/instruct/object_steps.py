@@ -313,7 +313,7 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         now = max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
         gap = max(min(builder.scale.step("slight"), nice(now)), builder.room(item), *_kept_from(builder, item))
         words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
-        stays = min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
+        stays = frame.direction != "other" and min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
         passes = not (where or frame.along or stays)
         if passes:  # no nearer than it passes now, as far as that goes
             gap = max(gap, nice(min(now, builder.scale.step("moderate"))))

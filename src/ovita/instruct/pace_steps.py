@@ -304,6 +304,7 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
+    frame = replace(frame, place=_only_stop(builder)) if frame.longer and frame.place in ("", "goal") else frame
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     stood = _stands_for(builder, frame)
@@ -325,6 +326,15 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
 
 
+def _only_stop(builder: PolicyBuilder) -> F.Place:
+    """The one place where the path stands still already; the goal where there are none, or several."""
+    rows = builder.rows()
+    still = [
+        int(i) for i in np.flatnonzero(rows[:-1, 3] <= 0.0) if stands(rows, int(i))[0] == i < stands(rows, int(i))[1]
+    ]
+    return F.Quantity(float(still[0] + 1), "waypoints", "at") if len(still) == 1 else "goal"
+
+
 def _as_long_again(builder: PolicyBuilder, stood: int) -> F.Quantity | None:
     """How much longer "longer" is: as long as it waits there already."""
     if not stood:
@@ -339,6 +349,8 @@ def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:
     at = {"start": 0, "goal": len(rows) - 1, "": len(rows) - 1}.get(str(frame.place), -1)
     if item is not None:
         at = int(np.argmin(item.distance(rows[:, :3])))
+    elif isinstance(frame.place, F.Quantity) and frame.place.unit == "waypoints":
+        at = int(frame.place.value) - 1
     first, last = stands(rows, at) if at >= 0 else (0, 0)
     return last - first
 

@@ -104,7 +104,7 @@ def _offset(
     words = []
     for said, q in offset:
         direction = builder.word(said)
-        value = builder.length(q, builder.step(frame), f'"{MUCH[degree(frame)]}{direction}"')
+        value = builder.length(q, _step(builder, frame, direction), f'"{MUCH[degree(frame)]}{direction}"')
         direction, value = (direction, value) if value >= 0 else (OPPOSITE[direction], -value)
         if value == 0 or not {direction, OPPOSITE[direction]}.isdisjoint(knobs):
             builder.ask(f"Which way should it go, and how far {direction}?")
@@ -112,6 +112,18 @@ def _offset(
         knobs[direction] = builder.knob(prefix + direction, value, "by", meaning, said, direction=direction)
         words.append(f"{value:g} m {TO_THE.get(direction, direction)}")
     return knobs, " and ".join(words)
+
+
+def _step(builder: PolicyBuilder, frame: F.SemanticFrame, direction: str) -> float:
+    """How far a word of degree reaches in a direction [m]; above the ground no farther than suits its height."""
+    step, height = builder.step(frame), float((builder.positions @ builder.axis("up")).min())
+    if height <= 0.0 or (direction == "down" and step < height) or direction not in ("up", "down"):
+        return step
+    return nice(min(step, max(height / 2.0, TALL if direction == "up" else 0.0)))
+
+
+TALL = 1.0
+"""How far a path may rise by a word of degree alone, however low it is [m]."""
 
 
 def shift(builder: PolicyBuilder, frame: F.Shift) -> None:

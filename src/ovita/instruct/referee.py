@@ -34,6 +34,7 @@ from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.ending import moved_ends
 from ovita.instruct.frames import name_of
+from ovita.instruct.idioms import plainer
 from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
@@ -156,8 +157,8 @@ def understand(
 
 
 def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
-    """An utterance without slips of the tongue, points of the compass and numbers of stretches, and what was taken."""
-    text, points = on_axes(repaired(written_out(text), scene, positions), scene)
+    """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken."""
+    text, points = on_axes(repaired(plainer(written_out(text), scene), scene, positions), scene)
     text, stretches = by_number(text, scene, positions)
     return text, " ".join(filter(None, (points, stretches)))
 

@@ -1,0 +1,48 @@
+"""Turns of phrase are put in plain words before anybody reads them."""
+
+import pytest
+
+from ovita import Scene, SceneObject
+from ovita.instruct.idioms import plainer
+from ovita.instruct.meaning import same
+from ovita.instruct.notation import parse, show
+from ovita.instruct.referee import understand
+
+SCENE = Scene(
+    (
+        SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3),
+        SceneObject("shelf B", [0.9, 0.1, 0.1], [0.1] * 3),
+        SceneObject("plate", [1.4, 0.1, 0.1], [0.1] * 3),
+    )
+)
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("drive down the middle between the cup and shelf B", "via between=cup+shelf_B"),
+        ("no more stopping at the cup, just drive through", "nonstop @near=cup"),
+        ("don't stop at the cup and carry straight on", "nonstop @near=cup"),
+        ("30 cm to the right, but start and stop at the same places", "move right=30cm; keep ends"),
+        ("normal speed till the cup, after that only slowly", "keep speed @before=cup; pace slower @after=cup"),
+        ("slow down to 1 m/s near the cup, then speed up again", "pace set to=1m/s @near=cup; pace faster @after=cup"),
+    ],
+)
+def test_what_a_turn_of_phrase_means(said, meant):
+    verdict = understand(said, SCENE)
+    assert same(verdict.reading.frames, parse(meant, SCENE.names)), show(verdict.reading.frames)
+    assert verdict.outcome == "do"
+
+
+@pytest.mark.parametrize(
+    ("said", "plain"),
+    [
+        ("slower near the cup or the plate", "slower near the cup and the plate"),
+        ("slower near the cup or the plate falls", "slower near the cup or the plate falls"),
+        ("pass the cup, just drive through", "pass the cup, just drive through"),
+    ],
+)
+def test_an_or_is_an_and_between_two_things_alone(said, plain):
+    assert plainer(said, SCENE).replace("and the", "and ").replace("  ", " ") == plain.replace(
+        "and the", "and "
+    ).replace("  ", " ")
