@@ -39,3 +39,10 @@ def test_how_long_it_stands_there_afterwards(said, steps):
 def test_the_stop_that_is_meant_is_the_one_by_the_thing_though_it_is_no_near_one():
     result = adapt(Request("don't wait at the sink", PATH, Scene((SINK,))))
     assert result.status == "done" and len(result.adapted) == len(PATH) - STEPS_THERE
+
+
+def test_on_the_way_to_what_is_at_the_goal_is_behind_the_last_stop():
+    rack = SceneObject("rack", [2.0, 0.2, 0.3], [0.1] * 3)
+    result = adapt(Request("hurry up on the way to the rack", PATH, Scene((rack,))))
+    faster = result.adapted.speeds > PATH.speeds
+    assert result.status == "done" and not faster[:31].any() and faster[32:].all()

@@ -16,6 +16,11 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"\b(?:normal|usual|regular) speed (?=till|until|up to)", "keep the speed "),
         (r"\bdown the middle\b", "through the middle"),
         (
+            r"\bcome in (?:(?:a (?:bit|little)|more|nice and|very) )?(?:gently|softly|slowly|slower|gentler|easy)"
+            r"(?=\s*(?:$|[.,;!]|and\b))",
+            "slow down at the end",
+        ),
+        (
             # what follows a stop that is denied says no more than that
             r"(?P<no>\b(?:no|not|don'?t|doesn'?t|never|without|skip)\b[^.;!?]*\b(?:stop|wait|paus|halt)[^.;!?,]*),?"
             rf"\s+(?:and\s+)?(?:just\s+|simply\s+)?(?:drive|go|fly|carry|keep|pass|roll|move|run)\s+(?:straight\s+|right\s+)?{_ON}"

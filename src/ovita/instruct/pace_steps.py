@@ -59,22 +59,32 @@ class _Speed:
 
 def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law."""
-    frame = replace(frame, part=_short_before(builder, frame))
+    frame = replace(frame, part=_on_the_way(builder, frame))
     lasts = frame.amount is not None and frame.amount.unit == "s"
     (_last if lasts else _LAWS.get(frame.change, _change))(_Speed(builder, frame))
 
 
-def _short_before(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
-    """The part of a change of speed; to slow down before a thing is to do so near it, unless it is told from after."""
+def _on_the_way(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
+    """The part of a change of speed, where what it is before says less than all that is before.
+
+    On the way to a thing at the goal is behind the last stop, or near the goal. To slow down before a thing is to do so
+    near it, unless it is told from after.
+    """
     part = frame.part
-    braking = frame.change == "slower" and frame.amount is None and part.kind == "before"
-    if not braking or not isinstance(part.places[0], str) or part.places[0] in F.SPOTS:
+    if frame.change not in ("faster", "slower") or frame.amount is not None or part.kind != "before":
         return part
+    item = None if isinstance(part.places[0], Mapping) else builder.item(part.places[0])
     told = (other.part for other in builder.frames if isinstance(other, F.Pace))
-    if any(other.kind == "after" and other.places == part.places for other in told):
+    if item is None or any(other.kind == "after" and other.places == part.places for other in told):
         return part
-    near = builder.scale.near(builder.trajectory.positions, builder.scene[part.places[0]])
-    builder.assume(f'"before {part.places[0]}" begins {nice(BRAKING * near):g} m from its centre')
+    path, near = builder.trajectory.positions, builder.scale.near(builder.trajectory.positions, item)
+    still = np.flatnonzero(builder.trajectory.speeds[1:-1] <= 0.0) + 1
+    if float(item.distance(path[-1:])[0]) <= near and len(still):
+        builder.assume(f"on the way to {item.name} is from the last stop on")
+        return PathPart("range", amount=float(still[-1]))
+    if frame.change == "faster":
+        return part
+    builder.assume(f'"before {item.name}" begins {nice(BRAKING * near):g} m from its centre')
     return both(part, PathPart("near", part.places, nice(BRAKING * near)))
 
 

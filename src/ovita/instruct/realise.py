@@ -141,7 +141,7 @@ def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame
     """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
     if not isinstance(frame, PLACED):
         return frame
-    kept = _kept_parts(keeps)
+    kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     rest = [outside(part) for part in kept if part != frame.part]
@@ -149,8 +149,9 @@ def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
 
-def _kept_parts(keeps: Sequence[F.Keep]) -> list[PathPart]:
-    return [keep.part for keep in keeps if keep.what == "part" and keep.part]
+def _kept_parts(keeps: Sequence[F.Keep], *what: str) -> list[PathPart]:
+    """The parts of the path in which something is to stay."""
+    return [keep.part for keep in keeps if keep.what in what and keep.part]
 
 
 def _settle(builder: PolicyBuilder) -> None:
@@ -179,7 +180,7 @@ def _restore(builder: PolicyBuilder, keeps: Sequence[F.Keep]) -> None:
     builder.frame = len(builder.frames)
     rows, given = builder.rows(), builder.trajectory.to_array()
     blended = all(isinstance(frame, BLENDED) for frame in builder.frames)
-    masks = [] if blended else [mask_code(builder, part, "original") for part in _kept_parts(keeps)]
+    masks = [] if blended else [mask_code(builder, part, "original") for part in _kept_parts(keeps, "part")]
     still = builder.kept - ({"goal"} if builder.goal_moved else set())
     for end, row, mask in (("start", 0, "first(original, 1)"), ("goal", -1, "last(original, 1)")):
         if end in still and abs(rows[row, :3] - given[row, :3]).max() > 1e-6:
