@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ovita import Scene, SceneObject
+from ovita.instruct.landmarks import by_number, straights
 from ovita.instruct.notation import show
-from ovita.instruct.passes import by_number, straights
 from ovita.instruct.referee import understand
 from ovita.paths.trajectory import Trajectory
 

@@ -1,15 +1,16 @@
-"""From where the goal is reached: "approach the tray from above", "straight down for the last 8 cm".
+"""How the goal is reached: "approach the tray from above", "stop half a metre short of where you stop now".
 
 It is read before anybody reads the rest, and its words become blanks, so that all other words keep their places.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import takewhile
+from typing import Literal
 
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.frames import Arrive, Quantity
+from ovita.instruct.frames import Arrive, Extend, Pace, Quantity, Trim
 
 COMING = frozenset(
     """approach approaching approached arrive arrives arriving arrival come comes coming came descend descends
@@ -22,7 +23,7 @@ UPRIGHT = frozenset("vertical vertically plumb overhead".split())
 """Words for a way that is neither left nor right."""
 
 ABOVE = ("from above", "from overhead")
-PAUSES = ("comma", "dot", "and")
+STOPS = ("comma", "dot", "and")
 PASSED = frozenset(
     "straight in on down from then for the a over near at right directly to onto it by of nice like not side".split()
 )
@@ -49,7 +50,7 @@ def arrivals(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Arrive, ...]]
 
 def _denied(before: Sequence[Chunk]) -> bool:
     """Whether the clause that some chunks end denies what comes: "do not come in from above"."""
-    clause = takewhile(lambda chunk: chunk.kind not in PAUSES, reversed(before))
+    clause = takewhile(lambda chunk: chunk.kind not in STOPS, reversed(before))
     return any(chunk.kind in ("never", "avoid") for chunk in clause)
 
 
@@ -82,10 +83,10 @@ def _from_above(said: Sequence[Chunk], i: int) -> bool:
 
 def _said_of_it(said: Sequence[Chunk], i: int) -> Sequence[Chunk]:
     """The clause around a chunk, and those behind it that say more of the same: "..., vertical, final 30 mm"."""
-    begin = max((k + 1 for k in range(i) if said[k].kind in PAUSES), default=0)
-    end = next((k for k in range(i, len(said)) if said[k].kind in PAUSES), len(said))
+    begin = max((k + 1 for k in range(i) if said[k].kind in STOPS), default=0)
+    end = next((k for k in range(i, len(said)) if said[k].kind in STOPS), len(said))
     while end < len(said) and said[end].kind == "comma":
-        then = next((k for k in range(end + 1, len(said)) if said[k].kind in PAUSES), len(said))
+        then = next((k for k in range(end + 1, len(said)) if said[k].kind in STOPS), len(said))
         more = said[end + 1 : then]
         if not more or not all(map(_belongs, more)) or any(chunk.kind in ("OBJ", "goal") for chunk in more):
             break
@@ -98,3 +99,89 @@ def _belongs(chunk: Chunk) -> bool:
     words = chunk.text.lower().split()
     known = COMING | UPRIGHT | PASSED | {"above", "straight"}
     return chunk.kind in ("filler", "OBJ", "goal", "Qm", "nth", "comma") or known.issuperset(words)
+
+
+ENDING = frozenset("stop stopping halt park end ending finish finishing".split())
+"""Words for coming to the end; "it stops 10 cm short" complains."""
+
+NOW = frozenset("stops stopped halts parks ends ended finishes goal there that".split()) | ENDING
+"""Words for where it ends as yet."""
+
+ARRIVING = frozenset("arrive arriving back home done ready be finished get need there".split())
+IN_TIME: Mapping[str, Literal["faster", "slower"]] = {"earlier": "faster", "sooner": "faster", "later": "slower"}
+"""Words for being there so many seconds sooner or later, and what the speed is to be for it."""
+
+SOONER = frozenset("earlier sooner short shorter before".split())
+LATER = frozenset("later further farther longer beyond past".split())
+
+AMONG = frozenset(
+    """it the path a by of than now where you do does is currently that just about already usually on so at in to there
+    here out make have let can could should must will would please want i we and right time""".split()
+)
+"""Words that go with it, and say nothing else."""
+
+PAUSES = ("comma", "dot", "and", "because")
+
+
+def moved_ends(text: str, said: Sequence[Chunk]) -> tuple[str, tuple[Trim | Extend | Pace, ...]]:
+    """An utterance without how much sooner or later the path is to end, and that as a frame.
+
+    It is left as it is where the path goes on after it stops, and where anything else is said in the same clause.
+
+    Args:
+        text: As it was said or typed.
+        said: The same in chunks.
+    """
+    if any(chunk.kind == "then_on" for chunk in said):
+        return text, ()
+    found = [(clause, frame) for clause in _clauses(said) if (frame := _moved_end(clause)) is not None]
+    if len(found) != 1:
+        return text, ()
+    clause, frame = found[0]
+    begin, end = clause[0].span[0], clause[-1].span[1]
+    return text[:begin] + " " * (end - begin) + text[end:], (frame,)
+
+
+def _clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
+    """Chunks between commas, stops and conjunctions."""
+    clauses: list[list[Chunk]] = [[]]
+    for chunk in said:
+        if chunk.kind in PAUSES:
+            clauses.append([])
+        else:
+            clauses[-1].append(chunk)
+    return [clause for clause in clauses if clause]
+
+
+def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | Pace | None:
+    """How much sooner or later a clause says that the path ends, if it says nothing else."""
+    at = next((i for i, chunk in enumerate(clause) if chunk.kind in ("Qm", "Qs")), -1)
+    if at < 0 or any(chunk.kind in ("OBJ", "never") for chunk in clause):
+        return None
+    timed, q = clause[at].kind == "Qs", clause[at].number
+    first, then = _words(clause[:at]), _words(clause[at + 1 :])
+    way = [word for word in (*first, *then) if word in SOONER | LATER]
+    known = AMONG | (ARRIVING if timed else NOW) | {*way[:1]}
+    if len(way) != 1 or not known.issuperset((*first, *then)):
+        return None
+    if timed:
+        arrives = way[0] in IN_TIME and not ARRIVING.isdisjoint((*first, *then))
+        return Pace(change=IN_TIME[way[0]], amount=Quantity(q.value, "s", said=q.said)) if arrives else None
+    amount = Quantity(q.value, "m", said=q.said)
+    if not _ends(first, then, way[0]):
+        return None
+    return Trim(cut="last", amount=amount) if way[0] in SOONER else Extend(by=amount)
+
+
+def _words(chunks: Sequence[Chunk]) -> list[str]:
+    return [word for chunk in chunks for word in chunk.text.lower().split()]
+
+
+def _ends(first: Sequence[str], then: Sequence[str], way: str) -> bool:
+    """Whether the words before a length are about ending, and those behind it say what it is before or beyond.
+
+    "The end" is a place, and not what is to be done.
+    """
+    at = next((i for i, word in enumerate(first) if word in ENDING), -1)
+    placed = way not in ("before", "beyond", "past") or not NOW.isdisjoint(then)
+    return at >= 0 and first[max(at - 1, 0)] != "the" and placed

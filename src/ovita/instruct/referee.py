@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.arriving import arrivals
+from ovita.instruct.arriving import arrivals, moved_ends
 from ovita.instruct.chunks import DOING, Chunk, chunks
-from ovita.instruct.compass import on_axes
 from ovita.instruct.contradictions import (
     BOUNDS,
     CHECKS,
@@ -32,13 +31,12 @@ from ovita.instruct.contradictions import (
 )
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.ending import moved_ends
 from ovita.instruct.frames import name_of
 from ovita.instruct.idioms import plainer
+from ovita.instruct.landmarks import by_number, on_axes
 from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
-from ovita.instruct.passes import by_number
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired

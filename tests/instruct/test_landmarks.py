@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ovita.instruct.compass import on_axes
+from ovita.instruct.landmarks import on_axes
 from ovita.instruct.notation import show
 from ovita.instruct.referee import understand
 from ovita.paths.scene import Frame, Scene, SceneObject
