@@ -24,6 +24,7 @@ SCENE = Scene((TRAY, CUP))
     [
         ("come in from above", "arrive up"),
         ("approach the tray from above", "arrive up at=tray"),
+        ("come in from higher up", "arrive up"),
         ("at the end descend vertically for the last 8 cm", "arrive up by=8cm"),
         ("approach the tray from above, final 30 mm", "arrive up at=tray by=30mm"),
         ("end at the cup, coming in from directly above", "end goal to=cup; arrive up"),

@@ -46,3 +46,17 @@ def test_on_the_way_to_what_is_at_the_goal_is_behind_the_last_stop():
     result = adapt(Request("hurry up on the way to the rack", PATH, Scene((rack,))))
     faster = result.adapted.speeds > PATH.speeds
     assert result.status == "done" and not faster[:31].any() and faster[32:].all()
+
+
+def test_to_wait_over_what_the_path_passes_over_it_does_not_rise():
+    table = SceneObject("table", [1.5, 0.02, 0.2], [0.3, 0.3, 0.1])
+    result = adapt(Request("wait 2 seconds above the table", PATH, Scene((table,))))
+    path = result.adapted.positions
+    assert result.status == "done" and np.allclose(path[:, 2], 0.3)
+    assert (np.diff(path, axis=0) == 0.0).all(axis=1).sum() == STEPS_THERE + 20
+
+
+def test_the_stop_by_a_thing_is_meant_though_the_next_waypoint_is_nearer():
+    bell = SceneObject("bell", [1.06, 0.3, 0.3], [0.1] * 3)
+    result = adapt(Request("wait 4 seconds at the bell", PATH, Scene((bell,))))
+    assert result.status == "done" and len(result.adapted) == len(PATH) + 20

@@ -24,6 +24,7 @@ from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
+from ovita.instruct.idioms import with_name
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
@@ -70,6 +71,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     Raises:
         InputError: If the instruction is empty or too long.
     """
+    said = state.named(said)
     losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
     if losses:
         return state._restored(said, losses)
@@ -171,6 +173,11 @@ class DialogueState:
         parent = self.history.parents[self.history.head]
         before, scene = self.history.after(parent), self.history.situation(parent).scene
         return lost(self._results[:-1], before, self._results[-1], scene=scene)
+
+    def named(self, said: str) -> str:
+        """What was said, with the one object of the last turn for an "it" that is a thing."""
+        names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
+        return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
 
     # Reading.
 

@@ -22,7 +22,7 @@ COMING = frozenset(
 UPRIGHT = frozenset("vertical vertically plumb overhead".split())
 """Words for a way that is neither left nor right."""
 
-ABOVE = ("from above", "from overhead")
+ABOVE, HIGH = ("from above", "from overhead", "from higher", "from higher up"), ("above", "higher", "higher up")
 STOPS = ("comma", "dot", "and")
 PASSED = frozenset(
     "straight in on down from then for the a over near at right directly to onto it by of nice like not side".split()
@@ -76,7 +76,7 @@ def _from_above(said: Sequence[Chunk], i: int) -> bool:
     if word in UPRIGHT:
         return True
     behind = said[i + 1].kind if i + 1 < len(said) else "dot"
-    above = word in ABOVE or (word == "above" and any(chunk.kind == "from" for chunk in said[max(i - 2, 0) : i]))
+    above = word in ABOVE or (word in HIGH and any(chunk.kind == "from" for chunk in said[max(i - 2, 0) : i]))
     down = word == "down" and i > 0 and said[i - 1].text.lower() == "straight"
     return (above or down) and behind not in ("OBJ", "filler")
 
@@ -97,7 +97,7 @@ def _said_of_it(said: Sequence[Chunk], i: int) -> Sequence[Chunk]:
 def _belongs(chunk: Chunk) -> bool:
     """Whether a chunk says no more than how, where and over what length the goal is reached."""
     words = chunk.text.lower().split()
-    known = COMING | UPRIGHT | PASSED | {"above", "straight"}
+    known = COMING | UPRIGHT | PASSED | {"above", "straight", "higher", "up"}
     return chunk.kind in ("filler", "OBJ", "goal", "Qm", "nth", "comma") or known.issuperset(words)
 
 

@@ -372,7 +372,8 @@ def mask_code(builder: PolicyBuilder, part: PathPart, traj: str = "traj") -> str
     if builder.waypoints(part).any():
         return _CODE.get(part.kind, _listed)(builder, part, traj)
     if part.kind == "near":
-        gap = float(builder.scene[part.places[0]].distance(builder.trajectory.positions).min())
+        path = builder.trajectory.positions
+        gap = float(builder.scene[part.places[0]].core(path).depth(path).min())
         builder.ask(f"No waypoint is {_words(part)}, the closest is {gap:.3g} m away: how near should count?")
     builder.ask(f"No part of the path is {_words(part)}: which part is meant?")
     return f"{traj}[:, 3] < 0.0"

@@ -77,7 +77,7 @@ class Scale:
             item: The object.
             kept: Distance [m] to its centre to which the path is pushed out before it is asked what is near.
         """
-        distances = np.maximum(np.sort(item.distance(positions)), kept)
+        distances = np.maximum(np.sort(item.core(positions).depth(positions)), kept)
         few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
         return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
 

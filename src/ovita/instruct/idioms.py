@@ -46,3 +46,18 @@ def plainer(text: str, scene: Scene) -> str:
     return re.sub(
         rf"\b({names}) or (?=(?:the )?(?:{names})\s*(?:$|[.,;!]|and\b))", r"\1 and ", text, flags=re.IGNORECASE
     )
+
+
+_PASSED_IT = re.compile(
+    r"\b(pass|passing|past|near|by|around|over|under|beside|behind|next to|close to) it\b", re.IGNORECASE
+)
+
+
+def with_name(text: str, name: str, scene: Scene) -> str:
+    """An utterance with a name for an "it" that is a thing, not the path: "slower while you pass it".
+
+    It stays as it is where it names an object itself.
+    """
+    if any(known.lower() in text.lower() for known in scene.names):
+        return text
+    return _PASSED_IT.sub(rf"\1 the {name}", text)

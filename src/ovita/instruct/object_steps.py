@@ -17,6 +17,7 @@ from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
 from ovita.toolkit.approach import extent
 from ovita.toolkit.avoidance import shut
+from ovita.toolkit.speed import stands
 
 OVER = {"over": ("up", "above", "top", "height"), "under": ("down", "below", "bottom", "depth")}
 """For each way past an object its direction, where that is, the end of the object there, and a parameter's name."""
@@ -263,6 +264,9 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
     """Above an object, and wait there."""
     for item in map(builder.scene.__getitem__, frame.objects):
         top = extent(item, builder.axis("up"))
+        if frame.by is None and _passes_over(builder, item, top):
+            _wait_over(builder, frame, item)
+            continue
         usual = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item))
         name, gap = _height_above(builder, item, frame.by, usual)
         count, ref, up = steps(builder, frame.duration), builder.ref(item), _beyond(name, top)
@@ -272,6 +276,27 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
             f"expect_visits({ref}, within={builder.tolerance}, up={up})",
             f"expect_stop(near={ref}, up={up})",
         )
+
+
+def _passes_over(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
+    """Whether the path passes over an object with a known size already, a little above it at most."""
+    if item.dimensions is None:
+        return False
+    up = builder.axis("up")
+    away = builder.passing(item.position) - item.position
+    rise = float(away @ up)
+    aside = float(np.linalg.norm(away - rise * up))
+    return top <= rise <= top + builder.scale.step("large") and aside <= float(np.sort(item.size)[1]) / 2.0
+
+
+def _wait_over(builder: PolicyBuilder, frame: F.Hover, item: SceneObject) -> None:
+    """Wait where the path passes over an object; what it waits there already counts."""
+    rows, ref = builder.rows(), builder.ref(item)
+    first, last = stands(rows, int(np.argmin(item.distance(rows[:, :3]))))
+    count = steps(builder, frame.duration)
+    in_all, told = (", in_all=True", " in all") if last > first else ("", "")
+    plan = f"Wait {waited(builder, count)}{told} where the path passes over {item.name}."
+    builder.add(f"traj = dwell(traj, {ref}, steps={count}{in_all})", plan, f"expect_stop(near={ref})")
 
 
 def avoid(builder: PolicyBuilder, frame: F.Avoid) -> None:
@@ -314,7 +339,7 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         gap = max(min(builder.scale.step("slight"), nice(now)), builder.room(item), *_kept_from(builder, item))
         words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
         stays = frame.direction != "other" and min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
-        passes = not (where or frame.along or stays)
+        passes = not where and (frame.direction == "other" or not (frame.along or stays))
         if passes:  # no nearer than it passes now, as far as that goes
             gap = max(gap, nice(min(now, builder.scale.step("moderate"))))
         builder.assume(f"the distance kept {words} is {gap:g} m")

@@ -13,7 +13,7 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
-from ovita.paths.geometry import runs
+from ovita.paths.geometry import runs, spacing
 from ovita.paths.part import PathPart, both
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array
@@ -317,6 +317,7 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     frame = replace(frame, place=_only_stop(builder)) if frame.longer and frame.place in ("", "goal") else frame
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
+    near, at = at, at if item is None else _stop_by(builder, item) or at
     stood = _stands_for(builder, frame)
     name = steps(builder, _as_long_again(builder, stood) if frame.longer and not frame.duration else frame.duration)
     lasting = waited(builder, name) + (" longer" if stood and frame.longer else "")
@@ -327,13 +328,27 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     if item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)
         plan = f"Bend the path to {words} and wait {lasting} there."
-        promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={at})"
+        promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={near})"
         builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
         return
-    promise = f"expect_stop(near={at})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
+    promise = f"expect_stop(near={near})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
     in_all = ", in_all=True" if stood and not frame.longer else ""
     lasting += " in all" if in_all else ""
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
+
+
+def _stop_by(builder: PolicyBuilder, item: SceneObject) -> str:
+    """The index of a waypoint at which the path stands still about where it is nearest to an object; "" for none."""
+    rows = builder.rows()
+    away = item.distance(rows[:, :3])
+    still = [int(i) for i in np.flatnonzero(rows[:, 3] <= 0.0) if np.ptp(stands(rows, int(i)))]
+    nearest = min(still, key=lambda i: float(away[i]), default=-1)
+    about = max(ABOUT, 1.5 * spacing(rows[:, :3]))
+    return str(nearest) if still and away[nearest] <= away.min() + about else ""
+
+
+ABOUT = 0.05
+"""How much farther off than the nearest waypoint a stop may be to be the one that is meant, at least [m]."""
 
 
 def _only_stop(builder: PolicyBuilder) -> F.Place:
@@ -358,7 +373,7 @@ def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:
     item, rows = builder.item(frame.place), builder.rows()
     at = {"start": 0, "goal": len(rows) - 1, "": len(rows) - 1}.get(str(frame.place), -1)
     if item is not None:
-        at = int(np.argmin(item.distance(rows[:, :3])))
+        at = int(_stop_by(builder, item) or np.argmin(item.distance(rows[:, :3])))
     elif isinstance(frame.place, F.Quantity) and frame.place.unit == "waypoints":
         at = int(frame.place.value) - 1
     first, last = stands(rows, at) if at >= 0 else (0, 0)

@@ -142,6 +142,17 @@ def within(path: Array, point: Array, radius: float) -> Mask:
     return inside
 
 
+def within_core(path: Array, core: Cuboid, radius: float) -> Mask:
+    """As `within`, of the middle of a wide body instead of a point."""
+    if not core.half.any():
+        return within(path, core.center, radius)
+    inside = np.asarray(core.depth(path) <= radius)
+    least, share = core.along(path[:-1], path[1:])
+    ends = np.flatnonzero((least <= radius) & ~inside[:-1] & ~inside[1:])
+    inside[ends + (share[ends] > 0.5)] = True
+    return inside
+
+
 def turning_angles(path: Array, least: float = 0.0) -> Array:
     """Angle (N,) [rad] by which a polyline (N, 3) turns at each waypoint; 0 at the ends and at repeated waypoints.
 

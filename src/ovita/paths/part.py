@@ -12,7 +12,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from ovita import text
-from ovita.paths.geometry import Mask, fractions, within
+from ovita.paths.geometry import Cuboid, Mask, fractions, within_core
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, interpolate, source_indices
 
@@ -247,7 +247,14 @@ def _read(document: Mapping[str, Any]) -> PathPart:
 
 
 def _distances(part: PathPart, trajectory: Trajectory, scene: Scene, i: int = 0) -> Array:
-    return np.asarray(np.linalg.norm(trajectory.positions - locate(part.places[i], trajectory, scene), axis=1))
+    return _core(part.places[i], trajectory, scene).depth(trajectory.positions)
+
+
+def _core(what: Place, trajectory: Trajectory, scene: Scene) -> Cuboid:
+    """What distances to a place are measured from: a point, or the middle of a wide object (`SceneObject.core`)."""
+    if isinstance(what, str) and what not in ("start", "goal"):
+        return scene[what].core(trajectory.positions)
+    return Cuboid(locate(what, trajectory, scene), np.eye(3), np.zeros(3))
 
 
 def _nearest(part: PathPart, trajectory: Trajectory, scene: Scene, i: int = 0) -> int:
@@ -275,7 +282,7 @@ def _measure(trajectory: Trajectory, unit: Unit) -> Array:
 def _near(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     if part.amount is None:
         return _smallest(_distances(part, trajectory, scene), NEAREST)
-    return within(trajectory.positions, locate(part.places[0], trajectory, scene), part.amount)
+    return within_core(trajectory.positions, _core(part.places[0], trajectory, scene), part.amount)
 
 
 def _end(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:

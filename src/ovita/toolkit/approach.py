@@ -72,7 +72,7 @@ def closer(
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
     """
     rows = arguments.waypoints(traj)
-    core, pull = core_of(obj, rows[:, :3]), arguments.number(by, "by", low=0.0)
+    core, pull = arguments.core_of(obj, rows[:, :3]), arguments.number(by, "by", low=0.0)
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, core)
     weights = _nearness(distance, selected, reach)
@@ -125,7 +125,7 @@ def farther(
             `by`, so that no waypoint ends up nearer than `by` beyond the nearest.
     """
     rows = arguments.waypoints(traj)
-    core, selected = core_of(obj, rows[:, :3]), arguments.mask(where, len(rows))
+    core, selected = arguments.core_of(obj, rows[:, :3]), arguments.mask(where, len(rows))
     if (by is None) == (times is None):
         raise ValueError("give exactly one of by (metres) and times (a factor)")
     away, distance = _polar(rows, core)
@@ -193,7 +193,7 @@ def keep_distance(
             inner = gap + _thickness(target) if at_least is not None else 0.0
             if outer < inner:
                 raise ValueError(f"at_most {outer:g} m from the centre contradicts at_least, which needs {inner:g} m")
-            away, distance = _polar(rows, core_of(arguments.point(target), rows[:, :3]))
+            away, distance = _polar(rows, arguments.core_of(arguments.point(target), rows[:, :3]))
             level &= bool((np.abs(away @ up) <= outer).all())
             beyond = selected & (distance > outer)
             shift = away * (np.minimum(outer / np.maximum(distance, 1e-300), 1.0) - 1.0)[:, None]
@@ -304,7 +304,7 @@ def _parted(rows: Array, obj: Target, asked: float, frame: Frame) -> tuple[Array
 def passes_at(target: Target, positions: Array, selected: Mask) -> float:
     """How near a path (N, 3) or a part of it comes to a surface, or to a centre without dimensions [m]; < 0 inside."""
     if not isinstance(target, SceneObject) or target.dimensions is None:
-        return nearest(positions, selected, core_of(arguments.point(target), positions))
+        return nearest(positions, selected, arguments.core_of(arguments.point(target), positions))
     inner = np.flatnonzero(selected[:-1] & selected[1:])
     between = target.cuboid.along(positions[inner], positions[inner + 1])[0] if len(inner) else np.array([np.inf])
     return float(min(target.cuboid.signed(positions[selected])[0].min(), between.min()))
@@ -357,13 +357,6 @@ def _short_of(body: Cuboid, positions: Array, shift: Array, gap: float) -> float
         middle = (low + high) / 2.0
         low, high = (middle, high) if fits(middle) else (low, middle)
     return low
-
-
-def core_of(target: Target, positions: Array) -> Cuboid:
-    """What a path (N, 3) is closer to or farther from: a point, an object's centre, or the middle of a wide one."""
-    if isinstance(target, SceneObject):
-        return target.core(positions)
-    return Cuboid(arguments.point(target), np.eye(3), np.zeros(3))
 
 
 def nearest(positions: Array, selected: Mask, core: Cuboid) -> float:
@@ -523,11 +516,15 @@ def stays(rows: Array) -> Mask:
 
 def _between_stays(rows: Array, weights: Array, fixed: Mask) -> Array:
     """Factors (N,) on weights that let start, goal and stops stay, where a mask (N,) says so."""
-    s, i = arc_length(rows[:, :3]), int(np.argmax(weights))
-    factors = np.ones(len(rows))
+    s, factors = arc_length(rows[:, :3]), np.ones(len(rows))
+    full = s[weights >= ALL_BUT * weights.max()]
     for place in np.unique(s[stays(rows) & fixed]):
-        factors *= smoothstep(np.abs(s - place) / max(abs(float(s[i]) - place), 1e-9))
+        factors *= smoothstep(np.abs(s - place) / max(float(np.abs(full - place).min()), 1e-9))
     return factors
+
+
+ALL_BUT = 0.99
+"""The share of the largest weight from which on a waypoint is to have its weight in full."""
 
 
 ABOUT_NEAREST = 0.25

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError
-from ovita.paths.geometry import Mask, fractions, runs
+from ovita.paths.geometry import Cuboid, Mask, fractions, runs
 from ovita.paths.scene import DIRECTIONS, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, first_bad, interpolate
 from ovita.text import shortened
@@ -334,6 +334,13 @@ def locate(rows: Array, at: Place, name: str = "at") -> int:
         fraction = number(at, name, low=0.0, high=1.0)
         return int(np.argmin(np.abs(fractions(rows[:, :3]) - fraction)))
     return int(np.argmin(np.linalg.norm(rows[:, :3] - point(at, name), axis=1)))
+
+
+def core_of(target: Target, positions: Array) -> Cuboid:
+    """What a path (N, 3) is closer to or farther from: a point, an object's centre, or the middle of a wide one."""
+    if isinstance(target, SceneObject):
+        return target.core(positions)
+    return Cuboid(point(target), np.eye(3), np.zeros(3))
 
 
 ROUNDING = 1e-9

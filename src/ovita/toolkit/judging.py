@@ -13,8 +13,8 @@ from ovita.paths.correspondence import Correspondence, correspond
 from ovita.paths.geometry import Mask, closest_to_point, lengths, path_distances, runs, spacing, turning_angles
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
-from ovita.toolkit.approach import SURFACE_GAP, core_of, extent, nearest, passes_at
-from ovita.toolkit.arguments import Target, aimed, point
+from ovita.toolkit.approach import SURFACE_GAP, extent, nearest, passes_at
+from ovita.toolkit.arguments import Target, aimed, core_of, point
 from ovita.toolkit.avoidance import shut
 from ovita.toolkit.catalogue import Expectation
 from ovita.toolkit.postconditions import called, say

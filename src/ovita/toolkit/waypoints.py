@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.paths.correspondence import correspond
-from ovita.paths.geometry import Mask, runs
-from ovita.paths.geometry import within as passing
+from ovita.paths.geometry import Mask, runs, within_core
 from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
@@ -23,7 +22,7 @@ from ovita.toolkit.insertion import distinct
 
 @operation("Choose waypoints", core=True)
 def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
-    """Mask: waypoints at most so many metres from an object's centre.
+    """Mask: waypoints at most so many metres from an object's centre, or from the middle of a wide one.
 
     Where only the line between two waypoints passes so near, the nearer one counts.
 
@@ -32,7 +31,7 @@ def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
     """
     rows = arguments.waypoints(traj)
     radius = arguments.number(within, "within", low=0.0)
-    return passing(rows[:, :3], arguments.point(obj), radius)
+    return within_core(rows[:, :3], arguments.core_of(obj, rows[:, :3]), radius)
 
 
 @operation("Choose waypoints", core=True)
