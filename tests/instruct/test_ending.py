@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ovita import Scene, SceneObject, adapt
+from ovita import Scene, SceneObject, accept, adapt
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.referee import understand
@@ -57,3 +57,18 @@ def test_the_path_is_cut_between_waypoints_and_the_robot_comes_to_rest_as_before
     cut = result.adapted
     assert result.status == "done" and np.allclose(cut.positions[-1], [2.4, 0.0, 0.2])
     assert cut.speeds[-1] == 0.0 and 0.0 < cut.speeds[-2] < 0.5 and np.allclose(cut.speeds[:6], 0.5)
+
+
+def test_an_end_at_a_building_is_beside_it_at_the_height_of_a_level_path():
+    shed = SceneObject("shed", [5.0, 0.0, 1.0], [2.0, 2.0, 2.0])
+    goal = adapt(Request("end at the shed", PATH, Scene((shed,)))).adapted.positions[-1]
+    assert 3.0 < goal[0] < 4.0 and abs(goal[1]) < 1e-6 and np.isclose(goal[2], 0.2)
+
+
+def test_a_few_metres_are_three_and_a_ramp_keeps_the_stops():
+    assert same(understand("stop a few metres earlier", SCENE, PATH).reading.frames, parse("trim last=3m", ()))
+    rows = np.insert(PATH.to_array(), 4, [[0.75, 0.0, 0.2, 0.0]] * 3, axis=0)
+    path = Trajectory(rows[:, :3], rows[:, 3])
+    result = adapt(Request("start slow, then get faster and faster", path, SCENE))
+    result = accept(result) if result.proposal is not None else result
+    assert (result.adapted.speeds[4:7] == 0.0).all()

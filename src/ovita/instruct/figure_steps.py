@@ -90,7 +90,7 @@ def _rounds(builder: PolicyBuilder, point: Array) -> float:
     return float(np.ptp(angles)) / (2.0 * np.pi)
 
 
-ALREADY = 0.75
+ALREADY = 0.95
 """Rounds of a path about a thing from which on it has to be asked what a further one means."""
 
 

@@ -344,8 +344,9 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
     word, behind = words[i], list(words[i + 1 : i + 4])
     if is_digits(word):
         return _in_digits(word, behind)
-    if couple := _couple(words, i):
-        return 2.0, couple
+    for vague, number in (("couple", 2.0), ("few", 3.0)):
+        if used := _couple(words, i, vague):
+            return number, used
     if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
         return NUMBER_WORDS[behind[0]], 2
     if word == "half" and "dozen" in behind[:2] and behind[0] in ("a", "dozen"):
@@ -359,11 +360,11 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
     return _in_words(words, i) if word in NUMBER_WORDS else None
 
 
-def _couple(words: Sequence[str], i: int) -> int:
-    """The words of "a couple of", also without "a" or "of" where a unit follows; 0 where it is not said."""
+def _couple(words: Sequence[str], i: int, vague: str) -> int:
+    """The words of "a couple of", or "a few", also without "a" or "of" where a unit follows; 0 where it is not said."""
     at = i + (words[i] in ("a", "the"))
     behind = at + 1 + (words[at + 1 : at + 2] == ["of"])
-    counts = words[at : at + 1] == ["couple"] and (behind - i == 3 or unit_behind(words, behind)[2])
+    counts = words[at : at + 1] == [vague] and (behind - i == 3 or unit_behind(words, behind)[2])
     return behind - i if counts else 0
 
 

@@ -98,7 +98,7 @@ def _gain(builder: PolicyBuilder, frame: F.Approach) -> float:
     return nice(min(step, max(share * gap, least * builder.scale.extent))) if gap > 0.0 else step
 
 
-GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.03), "moderate": (0.5, 0.06), "large": (1.0, 0.12)}
+GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.02), "moderate": (0.5, 0.03), "large": (1.0, 0.06)}
 """Shares of the distance to a surface, and of the path's extent, that "farther" is at least for each degree."""
 
 
@@ -350,6 +350,8 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
             within = max(builder.tolerance, room)
             _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})")
+            if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
+                builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
             continue
         builder.add(
             f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
@@ -358,6 +360,9 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             holds=not where and bool((reach >= half + gap).all()),
         )
 
+
+NIPPED = 0.75
+"""The share of the gap beside a thing that the path keeps from its corners."""
 
 CLEAR = 0.03
 """The least share of the path's extent that it keeps beside what it is to pass."""

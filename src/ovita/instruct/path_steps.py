@@ -10,6 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
+from ovita.paths.geometry import is_level
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array
 from ovita.policy.source import Role
@@ -117,9 +118,17 @@ def _offset(
 def _step(builder: PolicyBuilder, frame: F.SemanticFrame, direction: str) -> float:
     """How far a word of degree reaches in a direction [m]; above the ground no farther than suits its height."""
     step, height = builder.step(frame), float((builder.positions @ builder.axis("up")).min())
-    if height <= 0.0 or (direction == "down" and step < height) or direction not in ("up", "down"):
+    if direction not in ("up", "down"):
+        room = _room_beside(builder)
+        return step if step <= room else nice(step / 2.0)
+    if height <= 0.0 or (direction == "down" and step < height):
         return step
     return nice(min(step, max(height / 2.0, TALL if direction == "up" else 0.0)))
+
+
+def _room_beside(builder: PolicyBuilder) -> float:
+    """The distance of the path to the nearest object [m]."""
+    return max(min((float(item.clearance(builder.positions).min()) for item in builder.scene), default=np.inf), 0.0)
 
 
 TALL = 1.0
@@ -226,6 +235,9 @@ def _facing(builder: PolicyBuilder, item: SceneObject) -> F.Direction:
 def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     """Bring an end to a place, or so far beside an object."""
     item = builder.item(frame.place)
+    level = ""
+    if item is not None and not (frame.aim or frame.offset) and _is_a_body(item):
+        frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
     if frame.aim in BESIDE and item is not None:
         side = BESIDE[frame.aim] or _facing(builder, item)
         frame = replace(frame, aim="", offset=((side, frame.by),))
@@ -239,7 +251,25 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
         about = item.name if item else ""
         name = builder.knob(f"{end}_{direction}", value, "to", meaning, said, about=about, direction=direction)
         place, words = f"{place}, {direction}={name}", f"{value:g} m {OF[direction]} {words}"
-    _move_end(builder, end, place, f"Move the {end} to {words}", place)
+    _move_end(builder, end, f"{place}{level}", f"Move the {end} to {words}", f"{place}{level}")
+
+
+def _at_its_level(builder: PolicyBuilder, item: SceneObject) -> str:
+    """The arguments of an offset from an object that keep the height of a level path; "" for any other."""
+    up = builder.axis("up")
+    rise = float((builder.positions[0] - item.position) @ up)
+    if not is_level(builder.positions, up) or abs(rise) <= MARGIN:
+        return ""
+    return f", {'up' if rise > 0.0 else 'down'}={short(abs(rise)):g}"
+
+
+def _is_a_body(item: SceneObject) -> bool:
+    """Whether an object is so large on all sides that an end at it is beside it: a building, no cup, mat or pole."""
+    return item.dimensions is not None and float(item.size.min()) >= LARGE
+
+
+LARGE = 0.5
+"""Edges from which on an object has no place in its middle to end at [m]."""
 
 
 def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:

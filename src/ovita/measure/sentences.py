@@ -56,7 +56,8 @@ def directions(words: Mapping[str, float]) -> str:
     """Direction words with metres, largest first: "0.20 m left and 0.05 m up"; negligible parts are omitted."""
     least = max(_VISIBLE, 0.05 * max(words.values(), default=0.0))
     ranked = sorted(words.items(), key=lambda item: -item[1])
-    return listed([f"{number(v)} m {_PHRASES.get(word, word)}" for word, v in ranked if v >= least])
+    parts = [(word, v) for word, v in ranked if v >= least] or ranked[:1]
+    return listed([f"{number(v)} m {_PHRASES.get(word, word)}" for word, v in parts])
 
 
 _PHRASES = {"front": "forward", "back": "backward"}

@@ -341,11 +341,12 @@ def _from_to(
         raise ValueError("give start, end or both in m/s")
     begin = None if start is None else arguments.number(start, "start", low=0.0)
     finish = None if end is None else arguments.number(end, "end", low=0.0)
+    still = _resting(rows)
     for a, b in runs(arguments.mask(where, len(rows))):
         low = rows[a, 3] if begin is None else begin
         high = rows[b, 3] if finish is None else finish
         share = fractions(rows[a : b + 1, :3]) if b > a else np.full(1, float(begin is None))
-        rows[a : b + 1, 3] = law(low, high, share)
+        rows[a : b + 1, 3] = np.where(still[a : b + 1], 0.0, law(low, high, share))
     return rows
 
 
