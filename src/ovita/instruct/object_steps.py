@@ -98,7 +98,7 @@ def _gain(builder: PolicyBuilder, frame: F.Approach) -> float:
     return nice(min(step, max(share * gap, least * builder.scale.extent))) if gap > 0.0 else step
 
 
-GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.02), "moderate": (0.5, 0.03), "large": (1.0, 0.06)}
+GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.03), "moderate": (0.5, 0.05), "large": (1.0, 0.1)}
 """Shares of the distance to a surface, and of the path's extent, that "farther" is at least for each degree."""
 
 

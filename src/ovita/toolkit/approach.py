@@ -76,8 +76,6 @@ def closer(
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, core)
     weights = _nearness(distance, selected, reach)
-    if where is None and reach is None:
-        weights *= _between_stays(rows, weights, distance > distance.min() + pull)
     aim = np.maximum(distance - pull * weights, 0.0)
     up = frame.direction("up")
     across = np.abs(away @ up)
