@@ -43,6 +43,4 @@ def test_what_a_turn_of_phrase_means(said, meant):
     ],
 )
 def test_an_or_is_an_and_between_two_things_alone(said, plain):
-    assert plainer(said, SCENE).replace("and the", "and ").replace("  ", " ") == plain.replace(
-        "and the", "and "
-    ).replace("  ", " ")
+    assert plainer(said, SCENE) == plain
