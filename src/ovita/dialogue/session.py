@@ -408,7 +408,7 @@ class Session:
         if mine.head != theirs.head:
             self._go(theirs.head)
         self._asked = draft._asked
-        if self._pending != draft._pending:
+        if self._pending is not draft._pending:
             self._propose(*(draft._pending or ("", None)))
 
     def keep(self, path: str) -> None:

@@ -116,7 +116,7 @@ LATER = frozenset("later further farther longer beyond past".split())
 
 AMONG = frozenset(
     """it the path a by of than now where you do does is currently that just about already usually on so at in to there
-    here out make have let can could should must will would please want i we and right time""".split()
+    here make have let can could should must will would please want i we and time""".split()
 )
 """Words that go with it, and say nothing else."""
 

@@ -22,7 +22,8 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         ),
         (
             # what follows a stop that is denied says no more than that
-            r"(?P<no>\b(?:no|not|don'?t|doesn'?t|never|without|skip)\b[^.;!?]*\b(?:stop|wait|paus|halt)[^.;!?,]*),?"
+            r"(?P<no>\b(?:no|not|don'?t|doesn'?t|never|without|skip)\b(?:(?!\b(?:and|but)\b)[^.;!?,]){0,25}"
+            r"\b(?:stop|wait|paus|halt)[^.;!?,]*),?"
             rf"\s+(?:and\s+)?(?:just\s+|simply\s+)?(?:drive|go|fly|carry|keep|pass|roll|move|run)\s+(?:straight\s+|right\s+)?{_ON}"
             r"(?:\s+it)?(?=\s*(?:$|[.!,;]))",
             r"\g<no>",

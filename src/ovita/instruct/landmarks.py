@@ -56,7 +56,11 @@ _NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "
             "5th": 4, "last": -1, "final": -1}  # fmt: skip
 
 _STRETCH = "pass|row|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
-_NUMBERED = re.compile(rf"\b(?:the\s+)?({'|'.join(_NUMBERS)}|middle)\s+({_STRETCH})\b", re.IGNORECASE)
+_NUMBER = rf"({'|'.join(_NUMBERS)}|middle)"
+_NUMBERED = re.compile(  # not "first pass the cup"
+    rf"\bthe\s+{_NUMBER}\s+(?:{_STRETCH})\b|\b{_NUMBER}\s+(?:{_STRETCH})(?=\s+(?:is|was|should|needs?|has)\b)",
+    re.IGNORECASE,
+)
 _CORNER = re.compile(
     rf"\b(after|behind|past|before)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:corner|turn|bend)\b(?!\s+of\b)",
     re.IGNORECASE,
@@ -81,7 +85,9 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
     taken: dict[str, str] = {}
 
     def stretch(found: re.Match[str]) -> str:
-        number = _NUMBERS.get(found[1].lower(), len(stretches) // 2 if len(stretches) % 2 else len(stretches))
+        number = _NUMBERS.get(
+            (found[1] or found[2]).lower(), len(stretches) // 2 if len(stretches) % 2 else len(stretches)
+        )
         if not -len(stretches) <= number < len(stretches):
             return found[0]
         first, last = stretches[number]

@@ -79,7 +79,7 @@ def _on_the_way(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
         return part
     path, near = builder.trajectory.positions, builder.scale.near(builder.trajectory.positions, item)
     still = np.flatnonzero(builder.trajectory.speeds[1:-1] <= 0.0) + 1
-    if float(item.distance(path[-1:])[0]) <= near and len(still):
+    if float(item.core(path).depth(path[-1:])[0]) <= near and len(still):
         builder.assume(f"on the way to {item.name} is from the last stop on")
         return PathPart("range", amount=float(still[-1]))
     if frame.change == "faster":
@@ -398,7 +398,7 @@ def _with_its_stop(builder: PolicyBuilder, part: PathPart) -> PathPart:
     if part.kind != "near" or part.amount is not None or part.places[0] in F.SPOTS or not rests.any():
         return part
     item, path = builder.scene[part.places[0]], builder.trajectory.positions
-    reach, to_stop = builder.scale.near(path, item), float(item.distance(path[1:-1][rests]).min())
+    reach, to_stop = builder.scale.near(path, item), float(item.core(path).depth(path[1:-1][rests]).min())
     if not reach < to_stop <= ITS_OWN * reach:
         return part
     builder.assume(f"the stop near {item.name} is the one that is {to_stop:.3g} m from its centre")

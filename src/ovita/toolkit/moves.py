@@ -161,7 +161,7 @@ def shorten(traj: ArrayLike, by: float) -> Array:
     rows = arguments.waypoints(traj)
     s, cut = arc_length(rows[:, :3]), arguments.positive(by, "by")
     end = float(s[-1]) - cut
-    if end <= 0.0:
+    if end <= ROUNDING:
         raise ValueError(f"by {cut:g} m is not less than the path's length, {s[-1]:.3g} m")
     whole = int(np.searchsorted(s, end - ROUNDING, side="left"))
     at = whole - 1 + (end - s[whole - 1]) / (s[whole] - s[whole - 1])

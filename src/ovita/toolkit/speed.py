@@ -279,7 +279,7 @@ def dwell(traj: ArrayLike, at: Place, steps: int = 10, *, in_all: bool = False) 
     The waypoint's speed becomes 0 and `steps` exact repeats of it are inserted after it.
 
     Args:
-        traj: (N, 4); the result is (N + steps, 4).
+        traj: (N, 4); the result is (N + steps, 4), less what was there already with in_all.
         steps: Timesteps to wait, >= 1.
         in_all: Count the steps that the path waits there already, which may then be more or fewer than before.
     """
