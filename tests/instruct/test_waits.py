@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ovita import Scene, SceneObject, accept, adapt
+from ovita.instruct.notation import parse, show
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.toolkit.speed import dwell
@@ -34,6 +35,11 @@ def test_how_long_it_stands_there_afterwards(said, steps):
     assert result.status == "done"
     assert (np.diff(path, axis=0) == 0.0).all(axis=1).sum() == steps
     assert np.allclose(np.unique(path[:, 0].round(9)), np.unique(PATH.positions[:, 0].round(9)))
+
+
+def test_a_longer_wait_is_one_in_the_notation_too():
+    (frame,) = parse("wait longer at=desk for=2s", ("desk",))
+    assert frame.longer and parse(show((frame,)), ("desk",))[0].longer
 
 
 def test_the_stop_that_is_meant_is_the_one_by_the_thing_though_it_is_no_near_one():

@@ -460,7 +460,7 @@ def _slot_shown(frame: F.SemanticFrame, slot: str) -> str:
             return f"{_key_shown(frame)}={_place_shown(value)}".removeprefix("=")
         case "about" | "of" if value:
             return f"{slot}={_place_shown(value)}"
-        case "along" if value:
+        case "along" | "longer" if value:
             return slot
         case "change" | "end" | "what" | "axis" | "direction" | "number" | "sense":
             return "" if value in (*_UNSAID, F.name_of(frame)) else str(value)
