@@ -435,13 +435,14 @@ def _by_or_to(it: Facts) -> str:
     row = [chunk for chunk in it.said if chunk.kind != "approx"]
     for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
         apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
-        if apart and amount.kind == "Qm" and after.kind not in COMPARING and _among(by, amount.number.value):
+        compared = after.kind in COMPARING[: 2 if before.kind == "dot" else None]
+        if apart and amount.kind == "Qm" and not compared and _among(by, amount.number.value):
             return f"{amount.text!r} may be how much nearer or farther, or how near."
     return ""
 
 
-COMPARING = ("closer", "farther", "more", "less")
-"""Classes of words behind a length with which it is how much nearer or farther."""
+COMPARING = ("closer", "farther", "inc", "dec")
+"""Classes of words behind a length with which it is how much nearer or farther, the last two in one sentence only."""
 
 
 def _regretted(it: Facts) -> str:

@@ -8,6 +8,15 @@ from ovita.paths.scene import Scene
 
 _ENDS = r"(?:start|begin)(?:ing)? and (?:stop|end|finish)(?:ing)?"
 _ON = r"(?:through|on|past|by|going|moving|driving|flying|rolling)"
+_GO = r"(?:go|drive|fly|walk|run|ride|move|roll|sail|travel|head|come)"
+_GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)ing)"
+_MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
+_NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
+_N = r"\d+(?:\.\d+)?"
+_UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
+_TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
+_PART = r"(?:bit|part|stretch|piece|section|leg)"
+_BY = r"(?:over|above|near|by|around|next to|close to|beside)"
 
 _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
@@ -15,10 +24,22 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (rf"\b{_ENDS} (?:at|in|on) the same (?:place|spot|point|position)s?\b", "keep the start and the end"),
         (r"\b(?:normal|usual|regular) speed (?=till|until|up to)", "keep the speed "),
         (r"\bdown the middle\b", "through the middle"),
+        # how it is now says nothing of how it is to be
+        (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
+        (rf"\b(?:stay|keep|remain) (?={_N} ?{_UNIT} (?:higher|lower|further|farther|closer|nearer)\b)", "go "),
+        (rf"\b{_GO} on (?=(?:the|its|his|her|their|my|your) (?:\w+ )?side\b)", "pass on "),
+        (rf"\b(?:when|while|as|whenever) (?:you|it|he|she|the \w+) {_GO}s? {_TO}", "on the way to "),
+        (rf"\b(?:when|while) {_GOES} {_TO}", "on the way to "),
+        (rf"\b(?:the )?(?:last|final) {_PART} (?={_BY} )", ""),  # what is beside a thing is told by that alone
         (
             r"\bcome in (?:(?:a (?:bit|little)|more|nice and|very) )?(?:gently|softly|slowly|slower|gentler|easy)"
             r"(?=\s*(?:$|[.,;!]|and\b))",
             "slow down at the end",
+        ),
+        (
+            r"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down "
+            rf"(?={_MUCH}(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b)",
+            "at the end slow down ",
         ),
         (
             # what follows a stop that is denied says no more than that
@@ -32,6 +53,24 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
 )
 
 
+_PACE = rf"{_MUCH}(?:faster|quicker|slower|(?:more )?(?:slowly|quickly))"
+
+_NAMED: tuple[tuple[str, str], ...] = (
+    (rf"\b(?P<pace>{_PACE}) (?:to|towards?) (?=%s)", r"\g<pace> on the way to "),
+    (
+        rf"\b{_GO} {_TO}(?P<to>%s) (?P<pace>{_PACE})\b",
+        r"\g<pace> on the way to \g<to>",
+    ),
+    (
+        rf"\b(?P<but>and|but) (?:(?:{_GO}|bring|carry|take|put)(?: it| them| the \w+)? )?{_TO}(?P<to>%s)"
+        rf" (?:just |exactly )?as (?:fast|slow|slowly|quick|quickly) as {_NOW}",
+        r"\g<but> on the way to \g<to> keep the speed",
+    ),
+    (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
+)
+"""Turns of phrase about objects, whose names stand for each %s."""
+
+
 def plainer(text: str, scene: Scene) -> str:
     """An utterance with plain words for turns of phrase, and "and" for an "or" between two objects.
 
@@ -41,12 +80,23 @@ def plainer(text: str, scene: Scene) -> str:
     """
     for said, meant in _SAID:
         text = said.sub(meant, text)
-    names = "|".join(sorted(map(re.escape, scene.names), key=len, reverse=True))
-    if " or " not in text or not names:
-        return text
-    return re.sub(
-        rf"\b({names}) or (?=(?:the )?(?:{names})\s*(?:$|[.,;!]|and\b))", r"\1 and ", text, flags=re.IGNORECASE
-    )
+    for one, meant in _NAMED if scene.names else ():
+        text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
+    return text
+
+
+_AS_NOW = re.compile(rf"\b(?:instead of|rather than) (?:the )?{_N}(?: ?{_UNIT})?(?![\w.])(?: {_NOW})?", re.IGNORECASE)
+
+
+def without_now(text: str) -> str:
+    """A first instruction without what it says of how things are: "wait 10 seconds instead of 3"."""
+    return _AS_NOW.sub("", text)
+
+
+def _names(scene: Scene) -> str:
+    """A pattern of the objects' names, each also by its last word, with an article."""
+    names = {*scene.names, *(name.split()[-1] for name in scene.names)}
+    return rf"(?:(?:the|my|our|his|her|your) )?(?:{'|'.join(sorted(map(re.escape, names), key=len, reverse=True))})\b"
 
 
 _PASSED_IT = re.compile(

@@ -61,6 +61,8 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
     now, q = closest_to_point(builder.positions, item.position)[0], frame.by
     if q is None:
         share = APPROACH[degree(frame)] * (now + 0.1 * builder.scale.extent)
+        gap, least = surface_distance(item, builder.positions), GAINS["slight"][1] * builder.scale.extent
+        share = min(share, max(MOST_OF * gap, least))
         usual = builder.step(frame) if frame.degree == "slight" else share
         return builder.length(None, nice(builder.effort * usual), f'"closer to {item.name}"')
     shares = {"%": q.value, "x": 1 - (1 / q.value if q.value > 1 else q.value)}
@@ -97,6 +99,9 @@ def _gain(builder: PolicyBuilder, frame: F.Approach) -> float:
     step = builder.step(frame)
     return nice(min(step, max(share * gap, least * builder.scale.extent))) if gap > 0.0 else step
 
+
+MOST_OF = 0.7
+"""The share of the distance to a surface that "closer" takes at most."""
 
 GAINS: Mapping[Degree, tuple[float, float]] = {"slight": (0.25, 0.03), "moderate": (0.5, 0.05), "large": (1.0, 0.1)}
 """Shares of the distance to a surface, and of the path's extent, that "farther" is at least for each degree."""

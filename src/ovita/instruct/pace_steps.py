@@ -16,7 +16,7 @@ from ovita.instruct.path_steps import aimed, spot, steps, waited
 from ovita.paths.geometry import runs, spacing
 from ovita.paths.part import PathPart, both
 from ovita.paths.scene import SceneObject
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
 from ovita.toolkit.speed import slow_turns, stands, travel_time
 
@@ -59,9 +59,13 @@ class _Speed:
 
 def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
     """Change the speed: by a factor, an amount, to a value, within a bound, or along a law."""
-    frame = replace(frame, part=_on_the_way(builder, frame))
     lasts = frame.amount is not None and frame.amount.unit == "s"
     (_last if lasts else _LAWS.get(frame.change, _change))(_Speed(builder, frame))
+
+
+def on_the_way(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
+    """A change of speed with the part that is meant by what is before a thing."""
+    return replace(frame, part=_on_the_way(builder, frame))
 
 
 def _on_the_way(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
@@ -267,10 +271,22 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
         place, words = aimed(builder, item.name, frame.aim)
         builder.goal_moved = True
         plan, goal = f"Slow down and stop at {words}; the path ends there.", f"expect_goal({place})"
-        builder.add(f"traj = move_goal(stop_at(traj, {at}), {place})", plan, "expect_stop()", ends={"goal": goal})
+        call = f"traj = move_goal(stop_at(traj, {at}{_brake(builder)}), {place})"
+        builder.add(call, plan, "expect_stop()", ends={"goal": goal})
     else:
         plan, promise = f"Slow down and stop {words}; the trajectory ends there.", f"near={at}" if item else ""
-        builder.add(f"traj = stop_at(traj, {at})", plan, f"expect_stop({promise})")
+        builder.add(f"traj = stop_at(traj, {at}{_brake(builder)})", plan, f"expect_stop({promise})")
+
+
+def _brake(builder: PolicyBuilder) -> str:
+    """The argument that shortens the braking distance on a long path to what the speed needs, or ""."""
+    rows = builder.rows()
+    way = float(rows[:, 3].max()) ** 2 / (2.0 * GENTLY) / max(float(arc_length(rows[:, :3])[-1]), 1e-9)
+    return f", brake={nice(way):g}" if 0.0 < way < 0.1 else ""
+
+
+GENTLY = 0.25
+"""A deceleration that nobody minds [m/s^2]."""
 
 
 def _short_of(builder: PolicyBuilder, item: SceneObject | None, frame: F.StopAt | F.Wait) -> F.Quantity | None:
@@ -290,7 +306,7 @@ def _stop_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> Non
     builder.goal_moved = True
     plan = f"Slow down and stop {by:g} m before {item.name}; the path ends there."
     promise = f"expect_distance({ref}, nearest={name})"
-    builder.add(f"traj = stop_before(traj, {ref}, {name})", plan, promise, "expect_stop()")
+    builder.add(f"traj = stop_before(traj, {ref}, {name}{_brake(builder)})", plan, promise, "expect_stop()")
 
 
 def _short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> str:

@@ -15,7 +15,7 @@ from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
-from ovita.instruct.pace_steps import PACE_STEPS
+from ovita.instruct.pace_steps import PACE_STEPS, on_the_way
 from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import PathPart, both, outside
@@ -87,7 +87,7 @@ def realise(
         builder.ask(question)
     for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1], builder)):
         builder.frame = number
-        STEPS[type(frame)](builder, _sparing(frame, keeps))
+        STEPS[type(frame)](builder, _sparing(builder, frame, keeps))
         if builder.question:
             return builder
     _settle(builder)
@@ -137,10 +137,11 @@ def _at_the_end(part: PathPart) -> bool:
     return part.kind == "last" and (part.amount is None or part.unit == "share")
 
 
-def _sparing(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:
+def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:
     """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
     if not isinstance(frame, PLACED):
         return frame
+    frame = on_the_way(builder, frame) if isinstance(frame, F.Pace) else frame
     kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]

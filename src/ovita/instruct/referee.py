@@ -32,7 +32,7 @@ from ovita.instruct.contradictions import (
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
-from ovita.instruct.idioms import plainer
+from ovita.instruct.idioms import plainer, without_now
 from ovita.instruct.landmarks import by_number, on_axes
 from ovita.instruct.meaning import same
 from ovita.instruct.nonstop import denied_stops
@@ -41,7 +41,7 @@ from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_named, contrasted, halted, prolonged, spread, with_units
+from ovita.instruct.together import as_named, contrasted, halted, in_turn, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -146,7 +146,7 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text, taken = put_plainly(text, scene, positions)
+    text, taken = put_plainly(text if before else without_now(text), scene, positions)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
@@ -224,18 +224,23 @@ def _with_the_rest(
     rest, apart = heard_apart(text, scene, positions, before)
     if not apart or contradictions(chunks(text, scene, positions)[0], apart, (asked,)):
         return None
-    if all(chunk.kind in UNKNOWN - {"unknown"} for chunk in chunks(rest, scene, positions)[0]):
+    left = chunks(rest, scene, positions)[0]
+    tells = not STATING.isdisjoint(chunk.text.lower() for chunk in left)
+    if all(chunk.kind in (UNKNOWN if tells else UNKNOWN - {"unknown"}) for chunk in left):
         return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(), apart=apart)
     found = replace(_understood(rest, scene, positions, before, quick=False), apart=apart)
     if found.reading.asks:
         return found
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
-        left = tuple(rest.split())
-        return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=left), unused=left)
+        unread = tuple(rest.split())
+        return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=unread), unused=unread)
     if any(_stands(frame, apart) for frame in _frames(found.reading)):
         return None
     return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *apart)))
 
+
+STATING = frozenset(("is", "are", "was", "were", "it's", "he's", "she's", "they're", "has", "have"))
+"""Words of a clause that tells how things are, and so asks for nothing where no word of it is known."""
 
 HALTS = (F.StopAt, F.Wait, F.Hover)
 """Frames that make a robot stand still."""
@@ -272,7 +277,7 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = prolonged(replace(reading, frames=as_named(halted(reading.frames, said), said)), said)
+    reading = prolonged(replace(reading, frames=as_named(in_turn(halted(reading.frames, said), said), said)), said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

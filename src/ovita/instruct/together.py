@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
+from itertools import pairwise
 from typing import Any, Literal, TypeAlias
 
 from ovita.instruct import frames as F
@@ -70,6 +71,19 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     if isinstance(last, F.Wait) and last.place == "middle":
         return replace(frame, part=PathPart("range", amount=0.5, unit="share"))
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
+
+
+def in_turn(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with a pace up to a place, after a wait at another, from there on.
+
+    "Stop at the trough for 20 seconds, then faster till the shed".
+    """
+    made = [*frames]
+    if any(chunk.kind == "then_on" or goes_on(chunk.text.lower().split()) for chunk in said):
+        for i, (wait, then) in enumerate(pairwise(frames)):
+            if isinstance(wait, F.Wait) and wait.named and isinstance(then, F.Pace) and then.part.kind == "before":
+                made[i + 1] = replace(then, part=PathPart("between", (wait.named[0], *then.part.places)))
+    return tuple(made)
 
 
 def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:

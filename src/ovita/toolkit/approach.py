@@ -61,8 +61,9 @@ def closer(
 
     The pull is `by` at the nearest waypoint and fades to 0 where the distance to the centre is `reach` larger. If a
     segment would come nearer to an object's surface than the gap, the whole pull is less. A level path stays level as
-    long as it can come so close in its plane, and always on the ground. Start and goal move if they are near. On a
-    part, the waypoints beside it follow, over 3 times the shift at its edge.
+    long as it can come so close in its plane, and always on the ground. Start, goal and stops move only if they are
+    about the nearest, or right beside it. On a part, the waypoints beside it follow, over 3 times the shift at its
+    edge.
 
     Args:
         obj: Object or point (3,) [m], whose centre counts, or of a wide object the middle of its body; without
@@ -76,20 +77,23 @@ def closer(
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, core)
     weights = _nearness(distance, selected, reach)
-    aim = np.maximum(distance - pull * weights, 0.0)
+    beside = (distance > distance[selected].min(initial=np.inf) + ABOUT_NEAREST * pull) & (where is None)
     up = frame.direction("up")
     across = np.abs(away @ up)
+    least = np.zeros(len(rows))
     if isinstance(obj, SceneObject) and (frame.level is not None or on_the_ground(rows[:, :3], up)):
-        aim = np.maximum(aim, np.minimum(across, distance))
-    if not is_level(rows[:, :3], up) or (aim < across).any():
+        least = np.minimum(across, distance)
+    if not is_level(rows[:, :3], up) or (np.maximum(distance - pull * weights, least) < across).any():
+        aim = np.maximum(distance - pull * weights * _between_stays(rows, weights, beside, pull), least)
         ratio = np.divide(aim, distance, out=np.ones_like(aim), where=distance > 0.0)
         shift = away * (ratio - 1.0)[:, None]
     else:
         # Under or over the object a little of the distance is a long way in the plane: it fades as that way does.
         flat = np.sqrt(np.maximum(distance**2 - across**2, 0.0))
         i = int(np.argmin(np.where(selected, distance, np.inf)))
-        way = flat[i] - np.sqrt(max(aim[i] ** 2 - across[i] ** 2, 0.0))
-        aim = np.hypot(np.maximum(flat - way * weights, 0.0), across)
+        way = flat[i] - np.sqrt(max(max(distance[i] - pull * weights[i], least[i]) ** 2 - across[i] ** 2, 0.0))
+        faded = way * weights * _between_stays(rows, weights, beside, float(way))
+        aim = np.hypot(np.maximum(flat - faded, 0.0), across)
         shift = _level_shift(away, aim, up, rows)
     shift[aim >= distance] = 0.0
     shift = _held(shift, hold, frame)
@@ -514,12 +518,16 @@ def stays(rows: Array) -> Mask:
     return np.asarray(repeated)
 
 
-def _between_stays(rows: Array, weights: Array, fixed: Mask) -> Array:
-    """Factors (N,) on weights that let start, goal and stops stay, where a mask (N,) says so."""
+def _between_stays(rows: Array, weights: Array, fixed: Mask, shift: float = 0.0) -> Array:
+    """Factors (N,) on weights that let start, goal and stops stay, where a mask (N,) says so.
+
+    Those from which the way to where the shift is full is not longer than the shift [m] go along with it.
+    """
     s, factors = arc_length(rows[:, :3]), np.ones(len(rows))
     full = s[weights >= ALL_BUT * weights.max()]
     for place in np.unique(s[stays(rows) & fixed]):
-        factors *= smoothstep(np.abs(s - place) / max(float(np.abs(full - place).min()), 1e-9))
+        way = float(np.abs(full - place).min())
+        factors *= smoothstep(np.abs(s - place) / max(way, 1e-9)) if way > shift else 1.0
     return factors
 
 
