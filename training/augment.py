@@ -13,12 +13,12 @@ sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
 
 from ovita.instruct import slots
+from ovita.instruct.beforehand import heard_apart
 from ovita.instruct.encoder import QUERIES, concepts_of
 from ovita.instruct.frames import Arrive, NoStop, Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
 from ovita.instruct.numerals import written_out
-from ovita.instruct.referee import heard_apart
 from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
 from ovita.instruct.slots import Atom
 from ovita.paths.scene import Scene, SceneObject

@@ -32,7 +32,7 @@ NOT_THAT = ("no", "nope", "nah", "n", "wrong", "not that", "not this", "negative
 
 _NO = (
     *NOT_THAT, "no thanks", "no thank you", "don't", "do not", "never mind", "nevermind", "forget it", "forget that",
-    "cancel", "cancel that", "undo", "leave it", "no way",
+    "cancel", "cancel that", "undo", "undo that", "undo it", "take that back", "take it back", "leave it", "no way",
 )  # fmt: skip
 _GOES_ON = ("but", "only", "just", "make", "rather", "and", "it", "the", "not", "i", "with", "please")
 _BETWEEN = " ,.!;:-"

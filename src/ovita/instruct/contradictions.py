@@ -378,14 +378,19 @@ def _above_lost(it: Facts) -> str:
 
 
 def _pointed(it: Facts) -> str:
-    """A place that is only pointed at, where the whole path is changed: "speed up over there"."""
+    """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
     local = F.Pace | F.Shift | F.Height | F.Smooth | F.Approach
     lasts = any(q.unit == "s" for frame in it.frames for q in frame.quantities.values())  # "get there in 12 seconds"
     placed = lasts or any(frame.named or frame.part or not isinstance(frame, local) for frame in it.frames)
     clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
-    if clause is None or placed or all(_elsewhere(frame, [clause]) for frame in it.frames):
-        return ""
-    return f"{it.word({'there'})} points at a place that nothing names."
+    if not placed and clause is not None and not all(_elsewhere(frame, [clause]) for frame in it.frames):
+        return f"{it.word({'there'})} points at a place that nothing names."
+    strange = (word.text for at, word in pairwise(it.row) if at.kind in STANDING and word.kind == "unknown")
+    where = "" if placed else next(strange, "")
+    return f"{where!r} is no place that is known." if where else ""
+
+
+STANDING = ("in", "at", "on", "along", "inside")
 
 
 def _without_unit(it: Facts) -> str:

@@ -16,11 +16,17 @@ _N = r"\d+(?:\.\d+)?"
 _UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
 _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
 _PART = r"(?:bit|part|stretch|piece|section|leg)"
+_AT = r"(?:in|at|on|over|by|with|near|above)"
 _BY = r"(?:over|above|near|by|around|next to|close to|beside)"
 
 _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
     for said, meant in (
+        (
+            r"\b(?:come down|land|touch down|finish|end|arrive|end up) (?:again )?(?:at|in|on) (?:exactly )?the same "
+            r"(?:place|spot|point|position)\b",
+            "keep the end",
+        ),
         (rf"\b{_ENDS} (?:at|in|on) the same (?:place|spot|point|position)s?\b", "keep the start and the end"),
         (r"\b(?:normal|usual|regular) speed (?=till|until|up to)", "keep the speed "),
         (r"\bdown the middle\b", "through the middle"),
@@ -30,6 +36,18 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (rf"\b{_GO} on (?=(?:the|its|his|her|their|my|your) (?:\w+ )?side\b)", "pass on "),
         (rf"\b(?:when|while|as|whenever) (?:you|it|he|she|the \w+) {_GO}s? {_TO}", "on the way to "),
         (rf"\b(?:when|while) {_GOES} {_TO}", "on the way to "),
+        (
+            r"\b(?:(?:right |just |shortly )?before|when|while|as) (?:you |it |he |she )?"
+            r"(?:sett?(?:s|ing)?|put(?:s|ting)?|plac(?:es?|ing)|lays?|laying|lower(?:s|ing)?) "
+            r"(?:it|them|him|her|that|the \w+)(?: down)?(?=\s*(?:$|[.,;!]|and\b))",
+            "at the end",
+        ),
+        (r",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: \w+){1,3} left\b", ""),
+        (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
+        (
+            rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further |farther |more )?back\b",
+            r"\g<stop> \g<q> earlier",
+        ),
         (rf"\b(?:the )?(?:last|final) {_PART} (?={_BY} )", ""),  # what is beside a thing is told by that alone
         (
             r"\bcome in (?:(?:a (?:bit|little)|more|nice and|very) )?(?:gently|softly|slowly|slower|gentler|easy)"
@@ -46,7 +64,7 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             r"(?P<no>\b(?:no|not|don'?t|doesn'?t|never|without|skip)\b(?:(?!\b(?:and|but)\b)[^.;!?,]){0,25}"
             r"\b(?:stop|wait|paus|halt)[^.;!?,]*),?"
             rf"\s+(?:and\s+)?(?:just\s+|simply\s+)?(?:drive|go|fly|carry|keep|pass|roll|move|run)\s+(?:straight\s+|right\s+)?{_ON}"
-            r"(?:\s+it)?(?=\s*(?:$|[.!,;]))",
+            r"(?:\s+it|\s+to\s+(?:the\s+)?[\w ]{1,30})?(?=\s*(?:$|[.!,;]))",
             r"\g<no>",
         ),
     )
@@ -66,6 +84,14 @@ _NAMED: tuple[tuple[str, str], ...] = (
         rf" (?:just |exactly )?as (?:fast|slow|slowly|quick|quickly) as {_NOW}",
         r"\g<but> on the way to \g<to> keep the speed",
     ),
+    (rf"(?P<earlier>\b\S+ {_UNIT} (?:earlier|sooner)) (?:from|of|before) %s", r"\g<earlier>"),
+    (
+        r"\bstay (?:(?:in|at|on|over|by|with|near|above) )?(?P<at>%s)(?: a (?:bit|little|moment))? longer\b",
+        r"wait longer at \g<at>",
+    ),
+    (rf"\bstay (?:a (?:bit|little|moment) )?longer {_AT} (?=%s)", "wait longer at "),
+    (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) behind (?=%s)", "pass in front of "),
+    (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) in front of (?=%s)", "pass behind "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
 )
 """Turns of phrase about objects, whose names stand for each %s."""
@@ -94,8 +120,8 @@ def without_now(text: str) -> str:
 
 
 def _names(scene: Scene) -> str:
-    """A pattern of the objects' names, each also by its last word, with an article."""
-    names = {*scene.names, *(name.split()[-1] for name in scene.names)}
+    """A pattern of the objects' names and each of their longer words, with an article."""
+    names = {*scene.names, *(word for name in scene.names for word in name.split() if len(word) > 2)}
     return rf"(?:(?:the|my|our|his|her|your) )?(?:{'|'.join(sorted(map(re.escape, names), key=len, reverse=True))})\b"
 
 

@@ -113,6 +113,50 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
     return text, f"It is taken that {' and '.join(f'{k} is {v}' for k, v in taken.items())}." if taken else ""
 
 
+_STOP = re.compile(
+    rf"\b(after|behind|past|until|till)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:stop|pause|wait)\b"
+    r"(?!\s+(?:at|by|near|of|in|on|before|over))",
+    re.IGNORECASE,
+)
+_SKIP = re.compile(
+    r"^(?P<lead>\W*(?:please |just )?)(?:skip|leave out|omit) (?:the )?"
+    r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!]|and\b|today\b))",
+    re.IGNORECASE,
+)
+
+
+def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
+    """An utterance with waypoints for the path's stops, and what it is to skip an object: not to stop, or to avoid it.
+
+    "After the stop", "until the second pause", "skip the west pier".
+
+    Args:
+        text: As it was said or typed.
+        scene: With the names of objects.
+        positions: The path (N, 3) [m], or None.
+    """
+    if positions is None:
+        return text
+    still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
+    stops = [(a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)]
+
+    def waypoint(found: re.Match[str]) -> str:
+        number = _NUMBERS.get((found[2] or "first").lower(), 0)
+        if not -len(stops) <= number < len(stops) or (found[2] is None and len(stops) > 1):
+            return found[0]
+        later = found[1].lower() in ("after", "behind", "past")
+        return f"from waypoint {stops[number][1] + 1} on" if later else f"up to waypoint {stops[number][0] + 1}"
+
+    def skipped(found: re.Match[str]) -> str:
+        item = next((item for item in scene if item.name.lower() == found["name"].lower()), None)
+        if item is None:
+            return found[0]
+        there = [min(scene, key=lambda one: float(one.core(positions).depth(positions[[a]])[0])) for a, _ in stops]
+        return f"{found['lead']}{'no stop at' if item in there else 'avoid'} the {found['name']}"
+
+    return _SKIP.sub(skipped, _STOP.sub(waypoint, text))
+
+
 MANY = 2
 """The most corners of a path of which "the corner" without a number means the first."""
 

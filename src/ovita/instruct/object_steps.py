@@ -10,7 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
-from ovita.instruct.path_steps import APPROACH, OF, aimed, steps, usual_gap, waited
+from ovita.instruct.path_steps import APPROACH, OF, aimed, is_a_body, steps, usual_gap, waited
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
 from ovita.paths.trajectory import Array, arc_length
@@ -185,6 +185,10 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
             gap = max(builder.scale.step("slight"), builder.room(item))
             builder.assume(f'"by {item.name}" is {gap:g} m from it')
             _come_within(builder, item, gap, "at", "", "")
+        elif not frame.aim and frame.relation == "at" and is_a_body(item):
+            gap = max(usual_gap(builder), builder.room(item))
+            builder.assume(f'"at {item.name}" is {gap:g} m from its surface')
+            _come_within(builder, item, gap, "at_most", "", "")
         elif frame.relation == "at":
             code, words = aimed(builder, item.name, frame.aim)
             _through(builder, code, f"Bend the path {'to' if frame.aim else 'through'} {words}.")

@@ -103,13 +103,22 @@ def _last(s: _Speed) -> None:
     now, cap = travel_time(rows, part), s.frame.change == "cap"
     was = _before(s, now)
     change = {"faster": was - q.value, "slower": was + q.value}.get(s.frame.change, q.value)
-    lasts = short(change if q.role == "by" else q.value)
+    lasts = short(change if q.role == "by" else q.value - _standing(s))
     if lasts <= 0 or now == 0 or s.frame.change == "floor":
         s.builder.ask(f"It takes {now:.3g} s now: how long should it take?")
     name = s.builder.knob("duration", lasts, "at_most" if cap else "to", "time for the way", "amount", unit="s")
     call, promise = f"set_duration(traj, {name}{s.argument})", f"{'at_most=' if cap else ''}{name}{s.argument}"
     s.add(call if now > lasts or not cap else "traj", f"Take {'at most ' if cap else ''}{lasts:g} s for the way",
           f"expect_duration({promise})", holds=cap and now <= lasts)  # fmt: skip
+
+
+def _standing(s: _Speed) -> float:
+    """How long the robot stands still on the given path [s], which the whole of it takes too."""
+    still = (np.diff(s.builder.trajectory.positions, axis=0) == 0.0).all(axis=1)
+    seconds = short(float(still.sum()) * s.builder.trajectory.timestep) if not s.frame.part else 0.0
+    if seconds:
+        s.builder.assume(f"{seconds:g} s of it the robot stands still")
+    return seconds
 
 
 def _before(s: _Speed, now: float) -> float:

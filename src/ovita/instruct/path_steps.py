@@ -236,7 +236,7 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     """Bring an end to a place, or so far beside an object."""
     item = builder.item(frame.place)
     level = ""
-    if item is not None and not (frame.aim or frame.offset) and _is_a_body(item):
+    if item is not None and not (frame.aim or frame.offset) and is_a_body(item):
         frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
     if frame.aim in BESIDE and item is not None:
         side = BESIDE[frame.aim] or _facing(builder, item)
@@ -263,13 +263,17 @@ def _at_its_level(builder: PolicyBuilder, item: SceneObject) -> str:
     return f", {'up' if rise > 0.0 else 'down'}={short(abs(rise)):g}"
 
 
-def _is_a_body(item: SceneObject) -> bool:
-    """Whether an object is so large on all sides that an end at it is beside it: a building, no cup, mat or pole."""
-    return item.dimensions is not None and float(item.size.min()) >= LARGE
+def is_a_body(item: SceneObject) -> bool:
+    """Whether an object is so large on all sides that to be at it is to be beside it: a building, no cup or mat."""
+    solid = HOLLOW.isdisjoint(item.name.lower().split())
+    return solid and item.dimensions is not None and float(item.size.min()) >= LARGE
 
 
 LARGE = 0.5
-"""Edges from which on an object has no place in its middle to end at [m]."""
+"""Edges from which on a solid object has no place in its middle to be at [m]."""
+
+HOLLOW = frozenset("area zone room tunnel hall gate arch hoop ring doorway corridor field region cloud box".split())
+"""Names of what has a place in its middle, however large."""
 
 
 def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:

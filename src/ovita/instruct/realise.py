@@ -30,7 +30,7 @@ STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height level"),
     *("side", "closer farther", "clearance", "via hop", "bound", "end", "avoid", "arrive", "zigzag wave shake"),
-    *("nonstop", "pace", "cap floor"),
+    *("pace", "cap floor", "nonstop"),
     *("extend return circle eight spiral hover wait stop", "trim waypoints"),
 )
 """Path first, from the whole to its parts, so that no step disturbs an exact amount set by another; then speed; then,

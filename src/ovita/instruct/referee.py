@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.arriving import arrivals, moved_ends
+from ovita.instruct.beforehand import heard_apart, put_plainly, stands, tells
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import (
     BOUNDS,
@@ -32,14 +32,10 @@ from ovita.instruct.contradictions import (
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
-from ovita.instruct.idioms import plainer, without_now
-from ovita.instruct.landmarks import by_number, on_axes
+from ovita.instruct.idioms import without_now
 from ovita.instruct.meaning import same
-from ovita.instruct.nonstop import denied_stops
-from ovita.instruct.numerals import written_out
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
-from ovita.instruct.selfrepair import repaired
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import as_named, contrasted, halted, in_turn, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
@@ -154,13 +150,6 @@ def understand(
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
 
 
-def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
-    """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken."""
-    text, points = on_axes(repaired(plainer(written_out(text), scene), scene, positions), scene)
-    text, stretches = by_number(text, scene, positions)
-    return text, " ".join(filter(None, (points, stretches)))
-
-
 def otherwise(
     text: str, scene: Scene, trajectory: Trajectory, refused: Sequence[Sequence[F.SemanticFrame]]
 ) -> Understanding:
@@ -202,21 +191,6 @@ def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
     return _reads(reading) and not any(against)
 
 
-def heard_apart(
-    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
-) -> tuple[str, tuple[F.SemanticFrame, ...]]:
-    """An utterance without what is heard before all else, and that.
-
-    That is stops that are denied, a direction of approach, and how much sooner or later the path is to end.
-    """
-    found: list[F.SemanticFrame] = []
-    for hear, about in ((denied_stops, HALTS), (arrivals, ()), (moved_ends, ENDS)):
-        if not any(isinstance(frame, about) for frame in before):
-            text, heard = hear(text, chunks(text, scene, positions)[0])
-            found += heard
-    return text, tuple(found)
-
-
 def _with_the_rest(
     text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
 ) -> Understanding | None:
@@ -225,35 +199,19 @@ def _with_the_rest(
     if not apart or contradictions(chunks(text, scene, positions)[0], apart, (asked,)):
         return None
     left = chunks(rest, scene, positions)[0]
-    tells = not STATING.isdisjoint(chunk.text.lower() for chunk in left)
-    if all(chunk.kind in (UNKNOWN if tells else UNKNOWN - {"unknown"}) for chunk in left):
+    told = all(map(tells, clauses(left)))
+    if all(chunk.kind in (UNKNOWN if told else UNKNOWN - {"unknown"}) for chunk in left):
         return Understanding("do", F.Reading(apart), "rules", confidence=1.0, rules=F.Reading(), apart=apart)
     found = replace(_understood(rest, scene, positions, before, quick=False), apart=apart)
     if found.reading.asks:
         return found
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
-        unread = tuple(rest.split())
-        return replace(found, outcome="needs_confirmation", reading=F.Reading(apart, unread=unread), unused=unread)
-    if any(_stands(frame, apart) for frame in _frames(found.reading)):
+        unread = tuple(chunk.text for chunk in left if chunk.kind not in UNKNOWN - {"unknown"})
+        outcome: Outcome = "do" if told and found.outcome == "decline" else "needs_confirmation"
+        return replace(found, outcome=outcome, reading=F.Reading(apart, unread=unread), unused=unread)
+    if any(stands(frame, apart) for frame in _frames(found.reading)):
         return None
     return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *apart)))
-
-
-STATING = frozenset(("is", "are", "was", "were", "it's", "he's", "she's", "they're", "has", "have"))
-"""Words of a clause that tells how things are, and so asks for nothing where no word of it is known."""
-
-HALTS = (F.StopAt, F.Wait, F.Hover)
-"""Frames that make a robot stand still."""
-
-ENDS = (F.StopAt, F.MoveEnd, F.Trim, F.Extend)
-"""Frames that say where the path ends."""
-
-
-def _stands(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
-    """Whether a frame makes the robot stand still, or end, where it is said not to stop."""
-    there = [one.part for one in apart if isinstance(one, F.NoStop)]
-    anywhere = any(not part or part.places[:1] == frame.named[:1] for part in there)
-    return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(there) else HALTS)
 
 
 def _understood(

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeAlias
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import UNIT_KIND, Chunk
+from ovita.instruct.edits import Also
 from ovita.instruct.fillers import CLEAR, REST, THERE
 from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 from ovita.instruct.numerals import bare_unit, unit_at
@@ -107,12 +108,16 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
 
 def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     """A reading whose one wait is to last longer than the path stands there already: "wait 2 seconds longer"."""
-    waits = [frame for frame in reading.frames if isinstance(frame, F.Wait)]
+    also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
+    waits = [frame for frame in (*reading.frames, *also) if isinstance(frame, F.Wait)]
     words = _for_longer(said) if len(waits) == 1 else []
     if not words:
         return reading
-    frames = tuple(replace(frame, longer=True) if isinstance(frame, F.Wait) else frame for frame in reading.frames)
-    return replace(reading, frames=frames, unread=tuple(word for word in reading.unread if word not in words))
+    longer: dict[F.SemanticFrame, F.SemanticFrame] = {wait: replace(wait, longer=True) for wait in waits}
+    frames = tuple(longer.get(frame, frame) for frame in reading.frames)
+    edits = tuple(replace(e, frame=longer.get(e.frame, e.frame)) if isinstance(e, Also) else e for e in reading.edits)
+    unread = tuple(word for word in reading.unread if word not in words)
+    return replace(reading, frames=frames, edits=edits, unread=unread)
 
 
 def _for_longer(said: Sequence[Chunk]) -> list[str]:

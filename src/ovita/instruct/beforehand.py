@@ -1,0 +1,65 @@
+"""An utterance before the readers see it: put in plain words, and without what is heard before all else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovita.instruct import frames as F
+from ovita.instruct.arriving import arrivals, moved_ends
+from ovita.instruct.chunks import DOING, Chunk, chunks
+from ovita.instruct.contradictions import UNKNOWN
+from ovita.instruct.idioms import plainer
+from ovita.instruct.landmarks import by_number, by_stops, on_axes
+from ovita.instruct.nonstop import denied_stops
+from ovita.instruct.numerals import written_out
+from ovita.instruct.rules import PAUSES
+from ovita.instruct.selfrepair import repaired
+from ovita.paths.scene import Scene
+from ovita.paths.trajectory import Array
+
+
+def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
+    """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken."""
+    text, points = on_axes(repaired(plainer(written_out(text), scene), scene, positions), scene)
+    text = by_stops(text, scene, positions)
+    text, stretches = by_number(text, scene, positions)
+    return text, " ".join(filter(None, (points, stretches)))
+
+
+def heard_apart(
+    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
+) -> tuple[str, tuple[F.SemanticFrame, ...]]:
+    """An utterance without what is heard before all else, and that.
+
+    That is stops that are denied, a direction of approach, and how much sooner or later the path is to end.
+    """
+    found: list[F.SemanticFrame] = []
+    for hear, about in ((denied_stops, HALTS), (arrivals, ()), (moved_ends, ENDS)):
+        if not any(isinstance(frame, about) for frame in before):
+            text, heard = hear(text, chunks(text, scene, positions)[0])
+            found += heard
+    return text, tuple(found)
+
+
+HALTS = (F.StopAt, F.Wait, F.Hover)
+"""Frames that make a robot stand still."""
+
+ENDS = (F.StopAt, F.MoveEnd, F.Trim, F.Extend)
+"""Frames that say where the path ends."""
+
+
+def stands(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
+    """Whether a frame makes the robot stand still, or end, where it is said not to stop."""
+    there = [one.part for one in apart if isinstance(one, F.NoStop)]
+    anywhere = any(not part or part.places[:1] == frame.named[:1] for part in there)
+    return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(there) else HALTS)
+
+
+SUBJECTS = frozenset("it it's he he's she she's they they're we i the my our your there this that people".split())
+
+
+def tells(clause: Sequence[Chunk]) -> bool:
+    """Whether a clause begins as one that tells how things are, and has no word for what is to be done."""
+    first = next((chunk.text.lower().split()[0] for chunk in clause if chunk.kind not in PAUSES), "")
+    says = any(chunk.kind not in UNKNOWN - {"unknown"} for chunk in clause)
+    return not says or (first in SUBJECTS and all(chunk.kind not in DOING for chunk in clause))
