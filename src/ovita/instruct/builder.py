@@ -16,7 +16,7 @@ from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.limits.problem import from_object
 from ovita.paths.geometry import Mask, closest_to_point, runs
-from ovita.paths.part import PathPart
+from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory, interpolate
@@ -25,6 +25,7 @@ from ovita.policy.policy import TooMuch, prove_statements, run_proof
 from ovita.policy.source import MAX_NOTE, Role, Value
 from ovita.text import clean_text
 from ovita.toolkit import CATALOGUE, Recorder
+from ovita.toolkit.approach import stays
 
 STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 """Frames that do not change where the path goes."""
@@ -352,7 +353,30 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     item = builder.scene[place]
     reach = builder.scale.near(builder.trajectory.positions, item)
     builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
-    return PathPart("near", (item.name,), reach)
+    there = PathPart("near", (item.name,), reach)
+    shifts = builder.frames and isinstance(builder.frames[builder.frame], F.Shift | F.Height)
+    rest = _stays_beside(builder, item, reach) if shifts else ()
+    return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
+
+
+def _stays_beside(builder: PolicyBuilder, item: SceneObject, reach: float) -> tuple[tuple[int, int], ...]:
+    """What a shift near an object leaves alone, as ranges: start, goal and stops that are not at it, and beyond."""
+    rows, up = builder.trajectory.to_array(), builder.axis("up")
+    path = rows[:, :3]
+    level = path - ((path - item.position) @ up)[:, None] * up
+    near, gap = item.core(path).depth(path) <= reach, item.cuboid.signed(level)[0]
+    at = gap <= BESIDE * max(float(gap.min()), 0.0) + ROOM * builder.scale.extent
+    left = near & stays(rows) & ~at
+    if not left.any():
+        return ()
+    for a, b in runs(near & ~left):
+        left[a : b + 1] |= not at[a : b + 1].any()
+    builder.assume(f"start, goal and stops that are not at {item.name} stay")
+    return tuple(runs(left))
+
+
+BESIDE, ROOM = 1.15, 0.003
+"""How many times as far off as the nearest, and what share of the path's extent beyond, a stop is not at an object."""
 
 
 def _words(part: PathPart) -> str:

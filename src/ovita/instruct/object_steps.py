@@ -11,11 +11,12 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.path_steps import APPROACH, OF, aimed, is_a_body, steps, usual_gap, waited
-from ovita.paths.geometry import closest_to_point
+from ovita.paths.geometry import closest_to_point, runs
+from ovita.paths.part import PathPart
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
-from ovita.toolkit.approach import extent
+from ovita.toolkit.approach import extent, stays
 from ovita.toolkit.avoidance import shut
 from ovita.toolkit.speed import stands
 
@@ -88,8 +89,33 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         q, nice(builder.effort * _push_needed(builder, item, _gain(builder, frame))), f'"farther from {about}"'
     )
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
-    call = f"traj = farther(traj, {ref}, {name}{_reach(builder, where)}{further})"
+    reach = _reach(builder, where)
+    if not where and (moving := _but_for_stays(builder, item, by)):
+        where = builder.part(moving)[0]
+        promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
+    call = f"traj = farther(traj, {ref}, {name}{reach}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
+
+
+def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float) -> PathPart | None:
+    """What goes farther from an object, where start, goal or a stop at another one is nearest to it; None elsewhere."""
+    rows = builder.rows()
+    path, s = rows[:, :3], arc_length(rows[:, :3])
+    distance = item.core(path).depth(path)
+    gaps = np.array([one.cuboid.signed(path)[0] for one in builder.scene])
+    held = np.flatnonzero(stays(rows) & (gaps.argmin(axis=0) != builder.scene.names.index(item.name)))
+    least = float(distance.min())
+    if not (distance[held] < least + by).any() or len(rows) != len(builder.trajectory):
+        return None
+    free = np.asarray((np.abs(s[:, None] - s[held]) > STEEP * by).all(axis=1))
+    if distance[free].min(initial=np.inf) >= least + by:
+        return None
+    builder.assume("start, goal and stops stay")
+    return PathPart("indices", ranges=tuple(runs(free)), count=len(rows))
+
+
+STEEP = 1.5
+"""How many times as far along the path as its push a stop has to be for it to stay."""
 
 
 def _gain(builder: PolicyBuilder, frame: F.Approach) -> float:
