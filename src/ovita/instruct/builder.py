@@ -19,7 +19,7 @@ from ovita.paths.geometry import Mask, closest_to_point, runs
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject, canonical
-from ovita.paths.trajectory import Array, Trajectory, interpolate
+from ovita.paths.trajectory import Array, Trajectory, arc_length, interpolate
 from ovita.policy import Parameter
 from ovita.policy.policy import TooMuch, prove_statements, run_proof
 from ovita.policy.source import MAX_NOTE, Role, Value
@@ -341,7 +341,27 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return replace(part, count=len(builder.trajectory))
     if part.kind == "near":
         return _resolved_near(builder, part, part.places[0])
-    return part
+    return _led_between(builder, part) if part.kind == "between" else part
+
+
+def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """A part between two objects; where the path passes through between them, all of it that is beside both."""
+    items = [builder.item(place) for place in part.places if isinstance(place, str)]
+    path, at = builder.trajectory.positions, np.flatnonzero(part.mask(builder.trajectory, builder.scene))
+    gaps = [np.maximum(item.cuboid.signed(path)[0], 0.0) for item in items if item is not None]
+    if len(gaps) < 2 or arc_length(path[at])[-1] > sum(gap.min() for gap in gaps) / 2.0:
+        return part
+    beside = np.logical_and.reduce([gap <= BY * gap.min() for gap in gaps])
+    beside[at] = True
+    first, last = next((a, b) for a, b in runs(beside) if a <= at[0] <= b)
+    if (first, last) == (at[0], at[-1]):
+        return part
+    builder.assume(f"{part.words()} is from waypoint {first + 1} to {last + 1}")
+    return PathPart("range", amount=float(first), until=float(last))
+
+
+BY = 1.25
+"""How many times as far off as the nearest a waypoint may be to be beside an object, too."""
 
 
 def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPart:
@@ -354,7 +374,7 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     reach = builder.scale.near(builder.trajectory.positions, item)
     builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
     there = PathPart("near", (item.name,), reach)
-    shifts = builder.frames and isinstance(builder.frames[builder.frame], F.Shift | F.Height)
+    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
     rest = _stays_beside(builder, item, reach) if shifts else ()
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 

@@ -126,7 +126,7 @@ _SKIP = re.compile(
 
 
 def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
-    """An utterance with waypoints for the path's stops, and what it is to skip an object: not to stop, or to avoid it.
+    """An utterance with waypoints for the path's stops, and no stop for an object that is to be skipped.
 
     "After the stop", "until the second pause", "skip the west pier".
 
@@ -149,10 +149,8 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
 
     def skipped(found: re.Match[str]) -> str:
         item = next((item for item in scene if item.name.lower() == found["name"].lower()), None)
-        if item is None:
-            return found[0]
         there = [min(scene, key=lambda one: float(one.core(positions).depth(positions[[a]])[0])) for a, _ in stops]
-        return f"{found['lead']}{'no stop at' if item in there else 'avoid'} the {found['name']}"
+        return f"{found['lead']}no stop at the {found['name']}" if item in there else found[0]
 
     return _SKIP.sub(skipped, _STOP.sub(waypoint, text))
 

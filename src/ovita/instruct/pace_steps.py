@@ -63,19 +63,21 @@ def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
     (_last if lasts else _LAWS.get(frame.change, _change))(_Speed(builder, frame))
 
 
-def on_the_way(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
-    """A change of speed with the part that is meant by what is before a thing."""
+def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFrame:
+    """A change of speed or place with the part that is meant by what is before a thing."""
     return replace(frame, part=_on_the_way(builder, frame))
 
 
-def _on_the_way(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
-    """The part of a change of speed, where what it is before says less than all that is before.
+def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
+    """The part of a change, where what it is before says less than all that is before.
 
     On the way to a thing at the goal is behind the last stop, or near the goal. To slow down before a thing is to do so
     near it, unless it is told from after.
     """
     part = frame.part
-    if frame.change not in ("faster", "slower") or frame.amount is not None or part.kind != "before":
+    change = frame.change if isinstance(frame, F.Pace) else ""
+    stated = isinstance(frame, F.Pace) and frame.amount is not None
+    if change not in ("faster", "slower", "") or stated or part.kind != "before":
         return part
     item = None if isinstance(part.places[0], Mapping) else builder.item(part.places[0])
     told = (other.part for other in builder.frames if isinstance(other, F.Pace))
@@ -86,7 +88,7 @@ def _on_the_way(builder: PolicyBuilder, frame: F.Pace) -> PathPart:
     if float(item.core(path).depth(path[-1:])[0]) <= near and len(still):
         builder.assume(f"on the way to {item.name} is from the last stop on")
         return PathPart("range", amount=float(still[-1]))
-    if frame.change == "faster":
+    if change != "slower":
         return part
     builder.assume(f'"before {item.name}" begins {nice(BRAKING * near):g} m from its centre')
     return both(part, PathPart("near", part.places, nice(BRAKING * near)))
@@ -342,7 +344,7 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     frame = replace(frame, place=_only_stop(builder)) if frame.longer and frame.place in ("", "goal") else frame
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
-    near, at = at, at if item is None else _stop_by(builder, item) or at
+    near, at = at, at if item is None else stop_by(builder, item) or at
     stood = _stands_for(builder, frame)
     name = steps(builder, _as_long_again(builder, stood) if frame.longer and not frame.duration else frame.duration)
     lasting = waited(builder, name) + (" longer" if stood and frame.longer else "")
@@ -362,7 +364,7 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
 
 
-def _stop_by(builder: PolicyBuilder, item: SceneObject) -> str:
+def stop_by(builder: PolicyBuilder, item: SceneObject) -> str:
     """The index of a waypoint at which the path stands still about where it is nearest to an object; "" for none."""
     rows = builder.rows()
     away = item.distance(rows[:, :3])
@@ -398,7 +400,7 @@ def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:
     item, rows = builder.item(frame.place), builder.rows()
     at = {"start": 0, "goal": len(rows) - 1, "": len(rows) - 1}.get(str(frame.place), -1)
     if item is not None:
-        at = int(_stop_by(builder, item) or np.argmin(item.distance(rows[:, :3])))
+        at = int(stop_by(builder, item) or np.argmin(item.distance(rows[:, :3])))
     elif isinstance(frame.place, F.Quantity) and frame.place.unit == "waypoints":
         at = int(frame.place.value) - 1
     first, last = stands(rows, at) if at >= 0 else (0, 0)

@@ -15,7 +15,7 @@ from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.frames import name_of
 from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
-from ovita.instruct.pace_steps import PACE_STEPS, on_the_way
+from ovita.instruct.pace_steps import PACE_STEPS, on_the_way, stop_by
 from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import PathPart, both, outside
@@ -87,7 +87,8 @@ def realise(
         builder.ask(question)
     for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1], builder)):
         builder.frame = number
-        STEPS[type(frame)](builder, _sparing(builder, frame, keeps))
+        for one in _there(builder, frame):
+            STEPS[type(one)](builder, _sparing(builder, one, keeps))
         if builder.question:
             return builder
     _settle(builder)
@@ -101,6 +102,15 @@ def realise(
     if 0 < len(frames) == len(builder.held):
         builder.add("", "", "expect_same_path()")
     return builder
+
+
+def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
+    """A frame, or waits where the path stands by objects already in place of hovering above them."""
+    if not isinstance(frame, F.Hover) or frame.by is not None:
+        return (frame,)
+    if not all(stop_by(builder, builder.scene[name]) for name in frame.objects):
+        return (frame,)
+    return [F.Wait(place=name, duration=frame.duration, words=frame.words) for name in frame.objects]
 
 
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
@@ -141,7 +151,7 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
     """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
     if not isinstance(frame, PLACED):
         return frame
-    frame = on_the_way(builder, frame) if isinstance(frame, F.Pace) else frame
+    frame = on_the_way(builder, frame) if isinstance(frame, F.Pace | F.Shift) else frame
     kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
