@@ -216,12 +216,16 @@ class PolicyBuilder:
         values = {name: parameter.value for name, parameter in self.parameters.items()}
         return run_proof(proof, self.trajectory.to_array(), self.scene, values)
 
+    def after(self, call: str) -> Array:
+        """The path (M, 3) [m] that a call would make of what the steps so far leave."""
+        self.code.append(f"traj = {call}")
+        positions, self._rows = self.positions, None
+        self.code.pop()
+        return positions
+
     def shifts_by(self, call: str) -> Array:
         """How far each waypoint would go by a call that keeps their number (N,) [m]; 0 where it fails."""
-        before = self.positions
-        self.code.append(f"traj = {call}")
-        after, self._rows = self.positions, None
-        self.code.pop()
+        before, after = self.positions, self.after(call)
         return np.asarray(np.linalg.norm(after - before, axis=1) if len(after) == len(before) else np.zeros(1))
 
     @property

@@ -12,9 +12,9 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.paths.geometry import is_level
 from ovita.paths.scene import OPPOSITE, SceneObject
-from ovita.paths.trajectory import Array
+from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
-from ovita.toolkit.approach import extent
+from ovita.toolkit.approach import extent, stays
 
 APPROACH: dict[Degree, float] = {"slight": 0.25, "moderate": 0.5, "large": 0.75}
 """Share of the distance to an object by which "closer" comes closer."""
@@ -181,7 +181,28 @@ def move_end(builder: PolicyBuilder, frame: F.MoveEnd) -> None:
 def _move_end(builder: PolicyBuilder, end: str, to: str, plan: str, promise: str) -> None:
     """The step that moves an end, and its promise, by the arguments of expect_start or expect_goal, or ""."""
     ends = {end: f"expect_{end}({promise})" if promise else ""}
-    builder.add(f"traj = move_{end}(traj, {to})", f"{plan}; the path bends towards it.", ends=ends)
+    call = f"traj = move_{end}(traj, {to}{_bend(builder, end, to)})"
+    builder.add(call, f"{plan}; the path bends towards it.", ends=ends)
+
+
+def _bend(builder: PolicyBuilder, end: str, to: str) -> str:
+    """The argument that lets no more of the path follow an end than is gentle, and no stop; "" for half of it.
+
+    It is half of the path, too, if that leaves more room beside the objects.
+    """
+    call, rows = f"move_{end}(traj, {to})", builder.rows()
+    shift, s = float(builder.shifts_by(call).max()), arc_length(rows[:, :3])
+    ahead = (s if end == "start" else s[-1] - s)[stays(rows)]
+    room = float(ahead[ahead > shift].min(initial=s[-1]))
+    blend = max(nice(min(GENTLY * shift, room) / max(float(s[-1]), 1e-9)), LEAST)
+    bent = f", blend={blend:g}"
+    paths = builder.after(call), builder.after(f"{call[:-1]}{bent})")
+    wide, narrow = (min((i.cuboid.closest(path)[0] for i in builder.scene), default=0.0) for path in paths)
+    return bent if blend < HALF and narrow >= min(wide, usual_gap(builder)) else ""
+
+
+GENTLY, LEAST, HALF = 3.0, 0.05, 0.5
+"""How many times its shift of the path follows an end, and the least and the most share of the path that does."""
 
 
 def _end_shifted(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
