@@ -8,7 +8,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals, moved_ends
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import UNKNOWN
-from ovita.instruct.idioms import plainer
+from ovita.instruct.idioms import plainer, without_cargo
 from ovita.instruct.landmarks import by_number, by_stops, on_axes
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
@@ -20,7 +20,7 @@ from ovita.paths.trajectory import Array
 
 def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
     """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken."""
-    text, points = on_axes(repaired(plainer(written_out(text), scene), scene, positions), scene)
+    text, points = on_axes(repaired(plainer(without_cargo(written_out(text), scene), scene), scene, positions), scene)
     text = by_stops(text, scene, positions)
     text, stretches = by_number(text, scene, positions)
     return text, " ".join(filter(None, (points, stretches)))

@@ -375,28 +375,38 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     if part.amount is not None:
         return part
     item = builder.scene[place]
-    reach = builder.scale.near(builder.trajectory.positions, item)
+    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
+    usual = builder.scale.near(builder.trajectory.positions, item)
+    reach, rest = _but_for_stays(builder, item, usual) if shifts else (usual, ())
     builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
     there = PathPart("near", (item.name,), reach)
-    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
-    rest = _stays_beside(builder, item, reach) if shifts else ()
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 
 
-def _stays_beside(builder: PolicyBuilder, item: SceneObject, reach: float) -> tuple[tuple[int, int], ...]:
-    """What a shift near an object leaves alone, as ranges: start, goal and stops that are not at it, and beyond."""
+def _but_for_stays(
+    builder: PolicyBuilder, item: SceneObject, reach: float
+) -> tuple[float, tuple[tuple[int, int], ...]]:
+    """How far from an object a shift near it reaches [m], and what it leaves alone there, as ranges.
+
+    That is start, goal and stops that are not at the object, and what is beyond them. Where the path passes over or
+    under it, only that is at it.
+    """
     rows, up = builder.trajectory.to_array(), builder.axis("up")
     path = rows[:, :3]
     level = path - ((path - item.position) @ up)[:, None] * up
-    near, gap = item.core(path).depth(path) <= reach, item.cuboid.signed(level)[0]
+    distance, gap = item.core(path).depth(path), item.cuboid.signed(level)[0]
     at = gap <= BESIDE * max(float(gap.min()), 0.0) + ROOM * builder.scale.extent
-    left = near & stays(rows) & ~at
-    if not left.any():
-        return ()
+    aside = stays(rows) & ~at
+    if not (aside & (distance <= reach)).any():
+        return reach, ()
+    nearer = distance < float(distance[at].min())
+    reach = builder.scale.near(path[~nearer], item)
+    near = distance <= reach
+    left = near & (aside | nearer)
     for a, b in runs(near & ~left):
         left[a : b + 1] |= not at[a : b + 1].any()
     builder.assume(f"start, goal and stops that are not at {item.name} stay")
-    return tuple(runs(left))
+    return reach, tuple(runs(left))
 
 
 BESIDE, ROOM = 1.15, 0.003

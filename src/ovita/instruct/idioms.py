@@ -43,6 +43,12 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             "at the end",
         ),
         (r",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: \w+){1,3} left\b", ""),
+        (
+            r"(?:^|, ?| )\b(?:as |because |since )?(?:we|i|they)(?: are|'re| am|'m|re)"
+            r"(?: running| already| a bit| very| so)* (?:late|behind schedule|in a hurry)\b",
+            "",
+        ),
+        (rf"\b{_GO} the {_PART} (?=between\b)", ""),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
             rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further |farther |more )?back\b",
@@ -109,6 +115,27 @@ def plainer(text: str, scene: Scene) -> str:
     for one, meant in _NAMED if scene.names else ():
         text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
     return text
+
+
+def without_cargo(text: str, scene: Scene) -> str:
+    """An utterance without words that are no objects though their names have them: "carry the vial" beside a vial rack.
+
+    Args:
+        text: As it was said or typed.
+        scene: With the names of objects.
+    """
+    last = {name.split()[-1].lower() for name in scene.names}
+    for word in sorted({word.lower() for name in scene.names for word in name.split()[:-1] if len(word) > 2} - last):
+        whole = "|".join(re.escape(name) for name in scene.names if word in name.lower().split())
+        carried = rf"\b(?P<verb>{_HOLD}) (?:the|my|our) (?!(?:{whole})\b){re.escape(word)}\b"
+        text = re.sub(carried, r"\g<verb> it", text, flags=re.IGNORECASE)
+        # as a verb: "paint slower" beside a paint pot
+        done = rf"^(?P<lead>\W*(?:please )?){re.escape(word)} (?={_MUCH}(?:slow|fast|quick|gentl|careful|more|less))"
+        text = re.sub(done, r"\g<lead>", text, flags=re.IGNORECASE)
+    return text
+
+
+_HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 
 
 _AS_NOW = re.compile(rf"\b(?:instead of|rather than) (?:the )?{_N}(?: ?{_UNIT})?(?![\w.])(?: {_NOW})?", re.IGNORECASE)

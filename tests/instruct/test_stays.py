@@ -1,0 +1,144 @@
+"""Stops, starts and goals at one thing stay where a change is about another one, or about a part of the path."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ovita import Scene, SceneObject, Session, Trajectory, adapt
+from ovita.instruct.landmarks import by_stops
+from ovita.paths.geometry import runs
+
+PLATE = SceneObject("plate", np.array([0.5, 0.0, 0.0]), [0.2, 0.2, 0.05])
+BIN = SceneObject("bin", np.array([1.0, 0.0, 0.0]), [0.1, 0.1, 0.05])
+RACK = SceneObject("rack", np.array([0.0, 0.0, 0.0]), [0.1, 0.1, 0.05])
+TABLE = Scene((PLATE, BIN, RACK))
+
+
+def way(*places, stops=(), speed=0.2, spacing=0.02):
+    """A path through places [m] that stands for 20 waypoints at those of some numbers."""
+    rows = [np.array([places[0]], dtype=float)]
+    for k, (a, b) in enumerate(pairwise(places), 1):
+        n = max(int(np.linalg.norm(np.subtract(b, a)) / spacing), 1)
+        rows.append(np.linspace(a, b, n + 1)[1:])
+        rows += [np.repeat([np.array(b, dtype=float)], 20, axis=0)] if k in stops else []
+    path = np.concatenate(rows)
+    speeds = np.full(len(path), speed)
+    still = (np.diff(path, axis=0) == 0.0).all(axis=1)
+    speeds[:-1][still] = speeds[1:][still] = 0.0
+    return Trajectory(path, speeds)
+
+
+CARRY = way((0, 0, 0.06), (0, 0, 0.2), (1, 0, 0.2), (1, 0, 0.06))
+SERVED = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), stops=(1, 3))
+
+
+def stands(trajectory):
+    positions = trajectory.positions
+    return [positions[a] for a, _ in runs((np.diff(positions, axis=0) == 0.0).all(axis=1))]
+
+
+def lowest(trajectory, x):
+    positions = trajectory.positions
+    return float(positions[np.argmin(np.abs(positions[:, 0] - x)), 2])
+
+
+def test_higher_over_a_thing_leaves_the_goal_beside_it_alone():
+    near = way((0, 0, 0.06), (0, 0, 0.2), (0.64, 0, 0.2), (0.64, 0, 0.06))
+    result = adapt(near, "5 cm higher over the plate", scene=Scene((PLATE, RACK)), writer="builtin")
+    assert result.status == "done"
+    assert lowest(result.adapted, 0.5) == pytest.approx(0.25, abs=0.003)
+    assert result.adapted.positions[-1] == pytest.approx(near.positions[-1])
+
+
+@pytest.mark.parametrize("sentence", ["farther from the plate", "10 cm farther from the plate"])
+def test_farther_from_a_thing_leaves_stops_at_others(sentence):
+    result = adapt(SERVED, sentence, scene=TABLE, writer="builtin")
+    assert result.status == "done"
+    away = [np.linalg.norm(t.positions - PLATE.position, axis=1).min() for t in (SERVED, result.adapted)]
+    assert away[1] > away[0] + 0.02
+    assert np.allclose(stands(result.adapted), stands(SERVED))
+    assert np.allclose(result.adapted.positions[[0, -1]], SERVED.positions[[0, -1]])
+
+
+def test_closer_to_a_thing_leaves_the_ends_that_are_not_about_it():
+    vase = SceneObject("vase", np.array([0.5, 0.4, 0.2]), [0.1] * 3)
+    result = adapt(CARRY, "closer to the vase", scene=Scene((vase,)), writer="builtin")
+    assert result.status == "done"
+    assert np.allclose(result.adapted.positions[[0, -1]], CARRY.positions[[0, -1]])
+    assert 0.05 < vase.cuboid.closest(result.adapted.positions)[0] < 0.3
+
+
+def test_an_end_that_moves_takes_no_stop_with_it_and_little_of_the_path():
+    result = adapt(SERVED, "end 5 cm further left", scene=TABLE, writer="builtin")
+    moved = np.linalg.norm(result.adapted.positions - SERVED.positions, axis=1)
+    assert result.status == "done" and moved[-1] == pytest.approx(0.05)
+    assert (moved[: len(moved) // 2] == 0.0).all()
+
+
+def test_between_two_rows_is_all_of_the_lane():
+    rows = [
+        SceneObject(f"{name} row", np.array([5.0, y, 0.5]), [10.0, 0.4, 1.0])
+        for name, y in (("red", 1.5), ("white", -1.5))
+    ]
+    lane = way((-3, 0, 0.2), (13, 0, 0.2), spacing=0.2, speed=0.5)
+    result = adapt(lane, "half speed between the red row and the white row", scene=Scene(tuple(rows)), writer="builtin")
+    slow = result.adapted.positions[result.adapted.speeds < 0.3, 0]
+    assert result.status == "done" and slow.min() < 0.5 and slow.max() > 9.5
+
+
+def test_to_hover_where_it_stands_already_is_to_wait_there():
+    result = adapt(SERVED, "hover 5 seconds at the rack", scene=TABLE, writer="builtin")
+    assert result.status == "done" and np.allclose(stands(result.adapted)[0], stands(SERVED)[0])
+    assert len(result.adapted) - len(SERVED) == 30  # 5 s in all, where it stood for 2
+
+
+def test_the_whole_of_it_takes_so_long_with_its_stops():
+    result = adapt(SERVED, "do the whole thing in 20 seconds", scene=TABLE, writer="builtin")
+    assert result.status == "done" and result.adapted.duration == pytest.approx(20.0, abs=0.3)
+
+
+def test_what_is_large_is_passed_beside():
+    ferry = SceneObject("ferry", np.array([5.0, 4.0, 0.5]), [4.0, 2.0, 2.0])
+    lane = way((0, 0, 0.5), (10, 0, 0.5), spacing=0.2, speed=0.5)
+    result = adapt(lane, "go to the ferry first", scene=Scene((ferry,)), writer="builtin")
+    gap = ferry.cuboid.closest(result.adapted.positions)[0]
+    assert 0.0 < gap < 1.5
+
+
+def test_no_stop_and_faster_in_a_part_go_together():
+    result = adapt(
+        SERVED, "skip the stop at the rack and go a little faster on the way to the bin", scene=TABLE, writer="builtin"
+    )
+    assert result.usable and len(stands(result.adapted)) == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("faster after the first stop", "faster from waypoint {first} on"),
+        ("faster after the stop at the rack", "faster after the stop at the rack"),
+        ("skip the rack", "no stop at the rack"),
+        ("skip the plate", "skip the plate"),
+    ],
+)
+def test_stops_are_landmarks(said, meant):
+    served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
+    behind = next(runs((np.diff(served.positions, axis=0) == 0.0).all(axis=1)))[1] + 2
+    assert by_stops(said, TABLE, served.positions) == meant.format(first=behind)
+
+
+def test_a_wait_that_feedback_adds_to_gets_longer():
+    session = Session(SERVED, TABLE, writer="builtin")
+    session.say("slower near the plate")
+    result = session.say("Also wait two seconds longer at the rack")
+    assert result.status == "done" and len(result.adapted) == len(SERVED) + 20
+
+
+def test_undo_takes_back_an_open_proposal_first():
+    session = Session(SERVED, TABLE, writer="builtin")
+    session.say("slower near the plate")
+    before = session.current
+    assert session.say("closer to the plate, say 5 cm").proposal is not None
+    session.say("undo that")
+    assert session.current == before and session.pending is None
