@@ -168,6 +168,8 @@ class Catalog:
         for head, items in self.heads.items():
             if len(items) == 1 and not concept_at((head,), 0)[0] and not is_filler(head):
                 names.setdefault((head,), items[0])
+            elif len(items) == 1 and is_filler(head) and head not in ROBOT:
+                names.setdefault(("the", head), items[0])  # "the leg" of a path, where no object has one
         return names
 
     def add_nicknames(self) -> None:
@@ -181,6 +183,8 @@ class Catalog:
             plain = len(word) > 2 and word != "and" and (word,) not in terms()
             if len(items) == 1 and plain:
                 self.names.setdefault((word,), items[0])
+            elif len(items) == 1 and len(word) > 2 and is_filler(word) and word not in ROBOT:
+                self.names.setdefault(("the", word), items[0])
 
     def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
         """The objects that the words from i on mean, or None.
@@ -296,6 +300,12 @@ class Catalog:
         mention = self._named(words, at)
         return (None, 0) if mention is None else (mention.items[0].position[None], mention.used)
 
+
+ROBOT = frozenset(
+    """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot place
+    piece position way run line course""".split()
+)
+"""Words that mean the robot or its path even where an object's name ends in them."""
 
 NEARNESS = {"nearest": -1.0, "closest": -1.0, "farthest": 1.0, "furthest": 1.0}
 BEFORE_SPOT = ("to", "from", "away", "the", "by")
