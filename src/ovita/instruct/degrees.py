@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from ovita.paths.geometry import runs
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -77,15 +78,29 @@ class Scale:
             item: The object.
             kept: Distance [m] to its centre to which the path is pushed out before it is asked what is near.
         """
-        distances = np.maximum(np.sort(item.core(positions).depth(positions)), kept)
-        few = distances[min(math.ceil(NEAR_WAYPOINTS * len(distances)), len(distances)) - 1]
-        return nice(max(math.hypot(float(distances[0]), NEAR_SHARE * self.extent), float(few)))
+        core = item.core(positions)
+        apart = np.maximum(core.depth(positions), kept)
+        least, few = np.sort(apart)[[0, min(math.ceil(NEAR_WAYPOINTS * len(apart)), len(apart)) - 1]]
+        # The stretch along a wide object is long by itself.
+        beyond = max(NEAR_SHARE * self.extent - float(core.half.max()), min(NEAR_SHARE * self.extent, WIDER * least))
+        reach = nice(max(math.hypot(least, beyond), float(few)))
+        passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
+        other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)
+        return max(nice(ASIDE * other, up=False), float(few)) if other < reach else reach
 
 
-def nice(value: float) -> float:
-    """Round up to two significant digits, so that knobs read well."""
+WIDER = 0.25
+"""How far beyond the ends of a wide object is near it at least, as a share of its distance to the path."""
+
+AGAIN, ASIDE = 1.8, 0.98
+"""How many times as far off as the nearest another pass is that is not near an object, and what share of it is."""
+
+
+def nice(value: float, *, up: bool = True) -> float:
+    """Round up, or down, to two significant digits, so that knobs read well."""
     if value <= 0:
         return 0.0
     digits = 1 - math.floor(math.log10(value))
     step = 10.0**digits
-    return round(math.ceil(value * step - 1e-9) / step, max(digits, 0))
+    rounded = math.ceil(value * step - 1e-9) if up else math.floor(value * step + 1e-9)
+    return round(rounded / step, max(digits, 0))

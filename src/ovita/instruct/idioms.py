@@ -49,6 +49,27 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             "",
         ),
         (rf"\b{_GO} the {_PART} (?=between\b)", ""),
+        (
+            r"\b(?:skip|drop|leave out|cut|lose|no need for) the (?:hold|pause|wait|stop|halt)\b(?!s)"
+            r"(?! (?:at|by|near|in|on|over|before|behind|above))",
+            "make no stop",
+        ),
+        (r"\bon the straight (?:runs?|bits?|parts?|stretches|sections?|lines?|legs?)\b", "on the straights"),
+        (
+            r"\bstill (?:end|ends|finish|stop|stops|arrive|land) (?:at|on|in|by) the \w+(?: \w+)?(?=\s*(?:$|[.,;!]))",
+            "keep the end",
+        ),
+        (
+            r"\b(?P<wait>wait|hold|pause|stay)(?: it)?(?: (?:a )?(?:little|bit)(?: bit)?)?"
+            r" (?:more(?: time)?|longer)\b(?! than)",
+            r"\g<wait> longer",
+        ),
+        (
+            r"\b(?:set|put|plac|lay)(?:t?ing|e|ing)? (?:it|the \w+) down "
+            r"(?P<by>(?:about |some |roughly |around )?\S+ \w+) "
+            r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b",
+            r"end \g<by> further \g<way>",
+        ),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
             rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further |farther |more )?back\b",

@@ -118,6 +118,12 @@ _STOP = re.compile(
     r"(?!\s+(?:at|by|near|of|in|on|before|over))",
     re.IGNORECASE,
 )
+_BETWEEN = re.compile(r"\bbetween the (?:two |2 )?(?:stops|pauses|holds|halts|waits)\b", re.IGNORECASE)
+_LONGER = re.compile(
+    r"\b(?:wait|hold|pause|stay)(?: for)?(?: [\d.]+ ?\w+)? longer\b"
+    r"(?!\s+(?:at|in|on|over|above|near|by|there|before|with|than)\b)",
+    re.IGNORECASE,
+)
 _SKIP = re.compile(
     r"^(?P<lead>\W*(?:please |just )?)(?:skip|leave out|omit) (?:the )?"
     r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!]|and\b|today\b))",
@@ -152,6 +158,10 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         there = [min(scene, key=lambda one: float(one.core(positions).depth(positions[[a]])[0])) for a, _ in stops]
         return f"{found['lead']}no stop at the {found['name']}" if item in there else found[0]
 
+    if len(stops) == 1:
+        text = _LONGER.sub(r"\g<0> at the stop", text)
+    if len(stops) == 2:
+        text = _BETWEEN.sub(f"from waypoint {stops[0][1] + 1} to waypoint {stops[1][0] + 1}", text)
     return _SKIP.sub(skipped, _STOP.sub(waypoint, text))
 
 

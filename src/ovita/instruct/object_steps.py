@@ -90,24 +90,26 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
     )
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     reach = _reach(builder, where)
-    if not where and (moving := _but_for_stays(builder, item, by)):
+    if moving := _but_for_stays(builder, item, by, frame.part):
         where = builder.part(moving)[0]
         promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
     call = f"traj = farther(traj, {ref}, {name}{reach}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
 
 
-def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float) -> PathPart | None:
+def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float, part: PathPart) -> PathPart | None:
     """What goes farther from an object, where start, goal or a stop at another one is nearest to it; None elsewhere."""
     rows = builder.rows()
-    path, s = rows[:, :3], arc_length(rows[:, :3])
-    distance = item.core(path).depth(path)
+    if len(rows) != len(builder.trajectory):
+        return None
+    path, s, selected = rows[:, :3], arc_length(rows[:, :3]), builder.waypoints(part)
+    distance = np.where(selected, item.core(path).depth(path), np.inf)
     gaps = np.array([one.cuboid.signed(path)[0] for one in builder.scene])
     held = np.flatnonzero(stays(rows) & (gaps.argmin(axis=0) != builder.scene.names.index(item.name)))
     least = float(distance.min())
-    if not (distance[held] < least + by).any() or len(rows) != len(builder.trajectory):
+    if not (distance[held] < least + by).any():
         return None
-    free = np.asarray((np.abs(s[:, None] - s[held]) > STEEP * by).all(axis=1))
+    free = selected & (np.abs(s[:, None] - s[held]) > STEEP * by).all(axis=1)
     if distance[free].min(initial=np.inf) >= least + by:
         return None
     builder.assume("start, goal and stops stay")

@@ -302,8 +302,8 @@ class Catalog:
 
 
 ROBOT = frozenset(
-    """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot place
-    piece position way run line course""".split()
+    """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot
+    place piece position way run line course""".split()
 )
 """Words that mean the robot or its path even where an object's name ends in them."""
 

@@ -341,7 +341,7 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
-    frame = replace(frame, place=_only_stop(builder)) if frame.longer and frame.place in ("", "goal") else frame
+    frame = replace(frame, place=_stop_meant(builder, frame.place)) if frame.longer else frame
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     near, at = at, at if item is None else stop_by(builder, item) or at
@@ -364,27 +364,52 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
 
 
-def stop_by(builder: PolicyBuilder, item: SceneObject) -> str:
-    """The index of a waypoint at which the path stands still about where it is nearest to an object; "" for none."""
+def stop_by(builder: PolicyBuilder, item: SceneObject, *, roughly: bool = False) -> str:
+    """The index of a waypoint at which the path stands still about where it is nearest to an object; "" for none.
+
+    Roughly, it is the stop to which no other object is nearer, wherever that is near it.
+    """
     rows = builder.rows()
-    away = item.distance(rows[:, :3])
-    still = [int(i) for i in np.flatnonzero(rows[:, 3] <= 0.0) if np.ptp(stands(rows, int(i)))]
+    away, still = item.cuboid.signed(rows[:, :3])[0], _stops(rows)
     nearest = min(still, key=lambda i: float(away[i]), default=-1)
-    about = max(ABOUT, 1.5 * spacing(rows[:, :3]))
-    return str(nearest) if still and away[nearest] <= away.min() + about else ""
+    about = away.min() + max(ABOUT, 1.5 * spacing(rows[:, :3]))
+    if still and roughly:
+        others = min(float(one.cuboid.signed(rows[[nearest], :3])[0][0]) for one in builder.scene)
+        own = away[nearest] <= others + 1e-9
+        about = max(about, ITS_OWN * builder.scale.near(rows[:, :3], item) if own else 0.0)
+    return str(nearest) if still and away[nearest] <= about else ""
 
 
 ABOUT = 0.05
 """How much farther off than the nearest waypoint a stop may be to be the one that is meant, at least [m]."""
 
 
-def _only_stop(builder: PolicyBuilder) -> F.Place:
-    """The one place where the path stands still already; the goal where there are none, or several."""
-    rows = builder.rows()
-    still = [
+def _stops(rows: Array) -> list[int]:
+    """The first waypoint of each stop before the goal at which the path stands still for a while."""
+    return [
         int(i) for i in np.flatnonzero(rows[:-1, 3] <= 0.0) if stands(rows, int(i))[0] == i < stands(rows, int(i))[1]
     ]
-    return F.Quantity(float(still[0] + 1), "waypoints", "at") if len(still) == 1 else "goal"
+
+
+def _stop_meant(builder: PolicyBuilder, place: F.Place) -> F.Place:
+    """Where it is to stand still for longer: the stop there, or the only one; the place itself where it has none."""
+    rows = builder.rows()
+    still, item = _stops(rows), builder.item(place)
+    if place in ("", "goal"):
+        at = still[0] if len(still) == 1 else -1
+    elif place == "middle":
+        s = arc_length(rows[:, :3])
+        at = min(still, key=lambda i: abs(float(s[i] / s[-1]) - 0.5), default=-1)
+        at = at if at >= 0 and abs(float(s[at] / s[-1]) - 0.5) <= MIDDLE else -1
+    else:
+        at = int(stop_by(builder, item, roughly=True) or -1) if item is not None else -1
+    if at < 0:
+        return place or "goal"
+    return F.Quantity(float(at + 1), "waypoints", "at")
+
+
+MIDDLE = 0.2
+"""How far from the middle a stop "in the middle" may be, as a share of the path's length."""
 
 
 def _as_long_again(builder: PolicyBuilder, stood: int) -> F.Quantity | None:

@@ -37,7 +37,7 @@ from ovita.instruct.meaning import same
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_named, contrasted, halted, in_turn, prolonged, spread, with_units
+from ovita.instruct.together import as_named, at_speed, contrasted, halted, in_turn, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -235,7 +235,9 @@ def _understood(
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = prolonged(replace(reading, frames=as_named(in_turn(halted(reading.frames, said), said), said)), said)
+    reading = prolonged(
+        replace(reading, frames=as_named(in_turn(halted(at_speed(reading.frames, said), said), said), said)), said
+    )
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

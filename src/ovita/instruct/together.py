@@ -87,6 +87,22 @@ def in_turn(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F
     return tuple(made)
 
 
+def at_speed(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with a speed that is told behind a comma as the one to go at: "climb slower, 1 m/s"."""
+    if not any(b.kind == "Qv" and (a.kind == "comma" or a.text.lower() in TOLD) for a, b in pairwise(said)):
+        return tuple(frames)
+    match frames:
+        case [F.Pace(change="slower" | "faster", amount=F.Quantity(unit="m/s", role="by") as q) as pace]:
+            return (replace(pace, change="set", amount=replace(q, role="to")),)
+        case [F.Pace(change="slower" | "faster", amount=None) as pace, F.Pace(change="set") as then] if not then.part:
+            return (replace(then, part=pace.part, words=(*pace.words, *then.words)),)
+    return tuple(frames)
+
+
+TOLD = ("say", "like", "about", "maybe", "roughly", "around")
+"""Words before an amount that is told in so many words more."""
+
+
 def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
     """Frames with a stop short of an object as a wait there, where it lasts or the path goes on after it.
 
@@ -125,7 +141,9 @@ def _for_longer(said: Sequence[Chunk]) -> list[str]:
     waiting = [i for i, chunk in enumerate(said) if chunk.kind in ("wait", "hover", "Qs", "Qstep", "keep")]
     denied = {i + 1 for i, chunk in enumerate(said) if chunk.kind in ("never", "max", "at_least", "at_most")}
     found = [i for i, chunk in enumerate(said) if chunk.text.lower() in LONGER and i not in denied]
-    found += [i for i, chunk in enumerate(said) if chunk.text.lower() in MORE and {i - 1, i + 1} & {*waiting}]
+    found += [
+        i for i, chunk in enumerate(said) if chunk.text.lower().split()[-1] in MORE and {i - 1, i + 1} & {*waiting}
+    ]
     return [said[i].text for i in found] if waiting else []
 
 
@@ -218,6 +236,8 @@ def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
                 return outside(PathPart(STRETCH_AT[end]))
             case F.Keep(what="start" | "goal" | "ends"):
                 return WHOLE
+            case F.Wait(place=str() as place) if place not in ("", *F.SPOTS):
+                return PathPart("after", (place,))
         if frame.part:
             return outside(frame.part)
     return WHOLE

@@ -155,7 +155,8 @@ def turns(fraction: float = 0.25) -> PathPart:
 
 def outside(part: PathPart) -> PathPart:
     """What is clearly outside a part: beyond 1.25 of its radius; for the nearest waypoints, the farthest third."""
-    return PathPart("outside", parts=(part,))
+    inner = part.parts[0] if part.kind == "outside" else WHOLE
+    return PathPart("outside", parts=(part,)) if inner.kind in ("whole", "near") else inner
 
 
 def both(*parts: PathPart) -> PathPart:
