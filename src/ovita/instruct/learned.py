@@ -21,7 +21,7 @@ from ovita.instruct.frames import Quantity, Reading, SemanticFrame
 from ovita.instruct.lacking import completed, without_amounts
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
@@ -264,15 +264,12 @@ class LearnedReader:
         left = unused(seen, choice)
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
-            outcome["unread"] = left
-            outcome["besides"] = BESIDES[choice.besides]
+            outcome |= {"unread": left, "besides": BESIDES[choice.besides]}
         items = _aimed(items, seen)
-        if before is not None:
-            edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
-            return Reading(edits=edits, **outcome), features
-        spans = tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
-        said = [piece.text.lower() for piece in seen.pieces]
-        return Reading(tuple(replace(held_along(item, said), words=spans) for item in items), **outcome), features
+        if before is None:
+            return Reading(_as_said(items, choice.used, seen), **outcome), features
+        edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
+        return Reading(edits=edits, **outcome), features
 
     def sure(self, features: Array) -> float:
         """How likely a reading is right, by its features; not calibrated without the network's calibration."""
@@ -329,6 +326,13 @@ def _aimed(items: Iterable[Any], seen: Sketch) -> tuple[Any, ...]:
     return tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
 
 
+def _as_said(items: Iterable[Any], used: Collection[int], seen: Sketch) -> tuple[SemanticFrame, ...]:
+    """The frames of a first request, with what holds all along and where the words stand that they are read from."""
+    spans = tuple(sorted(m.words for i in used if (m := seen.mentions[i]).words is not None))
+    said = [piece.text.lower() for piece in seen.pieces]
+    return tuple(replace(held_along(item, said), words=spans) for item in items)
+
+
 def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     """The slots of a reading that asks back or finds nothing to do; empty where there is something to do."""
     first = choice.atoms[0].label("action") if choice.atoms else "none"
@@ -379,6 +383,31 @@ def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = Non
 
 
 def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
+    """The likeliest atom of an action, and how likely each of its choices is; `used` gets what it points at."""
+    labels, likelihoods = _labels(output, q, action, seen)
+    amounts: dict[str, Quantity] = {}
+    names: dict[str, list[str]] = {"objects": [], "places": []}
+    needed = _needed(action, labels)
+    taken: dict[str, set[int]] = {"objects": set(), "places": set(), "amounts": set()}
+    for pointer in _pointers(action, labels):
+        kind = "amounts" if pointer in AMOUNTS else pointer[:-1]
+        unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
+        mention, likely = _pointed(output, pointer, q, pointer in needed, taken[kind] | unfit)
+        likelihoods.append(likely)
+        if mention < 0:
+            continue
+        used.add(mention)
+        taken[kind].add(mention)
+        if kind == "amounts":
+            amounts[pointer] = seen.mentions[mention].quantity
+        else:
+            names[kind] += seen.mentions[mention].items
+    objects, places = (tuple(dict.fromkeys(found)) for found in names.values())
+    return Atom(labels, amounts, objects, places), likelihoods
+
+
+def _labels(output: Output, q: int, action: str, seen: Sketch) -> tuple[dict[str, str], list[float]]:
+    """The likeliest classes of the heads that count for an action, and how likely each is."""
     labels = {"action": action}
     likelihoods: list[float] = []
     for head in OF_ACTION.get(action, ()):
@@ -392,29 +421,7 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
             likelihoods.append(likely)
     if action == "quadrant":
         labels["choice"] = _quadrant(seen, labels["choice"])
-    amounts: dict[str, Quantity] = {}
-    objects: dict[str, tuple[str, ...]] = {}
-    needed = _needed(action, labels)
-    taken: dict[str, set[int]] = {"objects": set(), "places": set(), "amounts": set()}
-    for pointer in _pointers(action, labels):
-        others = taken["amounts" if pointer in AMOUNTS else pointer[:-1]]
-        unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
-        mention, likely = _pointed(output, pointer, q, pointer in needed, others | unfit)
-        likelihoods.append(likely)
-        if mention < 0:
-            continue
-        used.add(mention)
-        others.add(mention)
-        found = seen.mentions[mention]
-        if pointer in AMOUNTS:
-            amounts[pointer] = found.quantity
-        else:
-            objects[pointer] = found.items
-    named, places = (
-        tuple(dict.fromkeys(n for p in OBJECTS if p.startswith(kind) for n in objects.get(p, ())))
-        for kind in ("objects", "places")
-    )
-    return Atom(labels, amounts, named, places), likelihoods
+    return labels, likelihoods
 
 
 def _quadrant(seen: Sketch, guess: str) -> str:
@@ -517,9 +524,9 @@ def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
     """What the sentence mentions and nothing points at, nor at another mention of it; not a figure's eight."""
     eight = any(atom.label("action") == "eight" for atom in choice.atoms)
     pointed = {name for i in choice.used for name in seen.mentions[i].items}
-    open_ = {f.mention for f in seen.pieces if f.mention >= 0} - choice.used
-    mentions = [seen.mentions[i] for i in sorted(open_)]
-    return [m for m in mentions if not m.weak and not pointed & set(m.items) and not (eight and m.value == 8.0)]
+    open_ = sorted({f.mention for f in seen.pieces if f.mention >= 0} - choice.used)
+    mentions = [seen.mentions[i] for i in open_ if not seen.mentions[i].weak]
+    return [m for m in mentions if pointed.isdisjoint(m.items) and not (eight and m.value == 8.0)]
 
 
 def _concepts(seen: Sketch) -> list[tuple[str, str]]:
