@@ -26,52 +26,37 @@ from ovita.instruct.together import aimed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
+_FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 WITH_PART = ("place", "toward", "outside")
 OF_ACTION: dict[str, tuple[str, ...]] = {
     "pace": ("choice", "role", "degree", "part"),
     "move": ("direction", "degree", "part"),
     "end": ("choice", "relation", "direction", "degree", "spot"),
-    "closer": ("degree", "part"),
-    "farther": ("degree", "part"),
-    "clearance": ("role", "part"),
-    "via": ("relation",),
-    "avoid": ("relation",),
-    "side": ("direction",),
-    "keep": ("choice", "part"),
-    "stop": ("spot",),
-    "wait": ("spot",),
-    "extend": ("direction", "spot"),
-    "smooth": ("degree", "part"),
-    "waypoints": ("choice", "part"),
-    **dict.fromkeys(("circle", "spiral", "eight", "zigzag", "wave", "shake"), ("spot", "sense", "degree", "part")),
-    "mirror": ("choice", "spot"),
+    **dict.fromkeys(("closer", "farther", "smooth"), ("degree", "part")),
+    **dict.fromkeys(("clearance", "height"), ("role", "part")),
+    **dict.fromkeys(("via", "avoid"), ("relation",)),
+    **dict.fromkeys(("side", "tilt"), ("direction",)),
+    **dict.fromkeys(("keep", "waypoints"), ("choice", "part")),
+    **dict.fromkeys(("stop", "wait"), ("spot",)),
+    **dict.fromkeys(("extend", "bound"), ("direction", "spot")),
+    **dict.fromkeys(_FIGURES, ("spot", "sense", "degree", "part")),
+    **dict.fromkeys(("mirror", "trim"), ("choice", "spot")),
     "rotate": ("sense", "spot"),
-    "tilt": ("direction",),
     "resize": ("choice", "degree", "spot"),
     "curve": ("choice", "degree", "part"),
-    "straighten": ("part",),
-    "level": ("part",),
-    "height": ("role", "part"),
-    "bound": ("direction", "spot"),
-    "trim": ("choice", "spot"),
-    "quadrant": ("choice",),
-    "ask": ("choice",),
-    "improper": ("choice",),
+    **dict.fromkeys(("straighten", "level"), ("part",)),
+    **dict.fromkeys(("quadrant", "ask", "improper"), ("choice",)),
     "scale": ("choice", "degree", "on"),
     "set": ("choice", "direction", "step", "on"),
-    "flip": ("on",),
     "replace": ("choice", "direction", "spot", "on"),
-    "restrict": ("part", "on"),
-    "except": ("part", "on"),
-    "drop": ("on",),
-    "again": ("on",),
+    **dict.fromkeys(("restrict", "except"), ("part", "on")),
+    **dict.fromkeys(("flip", "drop", "again"), ("on",)),
 }  # fmt: skip
 """The heads that count for an action besides the action itself."""
 
 _ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
                "set", "scale", "undo", "redo")  # fmt: skip
 _OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop", "avoid")
-_FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
     **dict.fromkeys(_OF_OBJECTS, ("amount", "objects1", "objects2", "objects3")),
@@ -83,14 +68,13 @@ POINTS: dict[str, tuple[str, ...]] = {
 """What each action may point at, besides its place and its part of the path."""
 
 _FIRST = ("none", "ask", "improper", *TRAINED)
-_COMPASS = DIRECTIONS
 ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
     ("height", "role"): ("to", "at_least", "at_most"),
     ("pace", "role"): ("by", "to"),
-    **{(action, "direction"): _COMPASS for action in ("move", "tilt", "bound")},
-    ("side", "direction"): (*_COMPASS, "other"),
-    **{(action, "direction"): ("", *_COMPASS) for action in ("end", "extend", "set", "replace")},
+    **{(action, "direction"): DIRECTIONS for action in ("move", "tilt", "bound")},
+    ("side", "direction"): (*DIRECTIONS, "other"),
+    **{(action, "direction"): ("", *DIRECTIONS) for action in ("end", "extend", "set", "replace")},
     ("end", "relation"): ("", "to", "toward", "away"),
     ("via", "relation"): ("", "over", "under", "between"),
     ("avoid", "relation"): ("over", "under", "between"),
@@ -107,6 +91,16 @@ NEEDED: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("height", "set"), ("amount",)),
 }  # fmt: skip
 """Pointers without which an action is nothing."""
+
+NEEDED_BY: dict[tuple[str, str], tuple[str, ...]] = {
+    ("relation", "between"): ("objects2",),
+    **{("spot", spot): ("objects1",) for spot in ("object", "objects")},
+    **{("part", kind): ("places1",) for kind in ("near", "after", "before")},
+    ("part", "between"): ("places1", "places2"),
+    **{("part", kind): ("part",) for kind in ("from", "every")},
+    ("part", "range"): ("part", "until"),
+}
+"""Pointers without which a class of a head is nothing."""
 
 QUESTIONS = {
     "which": "which object is meant",
@@ -209,11 +203,7 @@ class LearnedReader:
         return self._net
 
     def read(
-        self,
-        text: str,
-        scene: Scene,
-        positions: Array | None = None,
-        before: Sequence[SemanticFrame] | None = None,
+        self, text: str, scene: Scene, positions: Array | None = None, before: Sequence[SemanticFrame] | None = None
     ) -> Reading:
         """What a sentence asks for.
 
@@ -226,11 +216,7 @@ class LearnedReader:
         return self.reading(self.hear(text, scene, positions, before))
 
     def hear(
-        self,
-        text: str,
-        scene: Scene,
-        positions: Array | None = None,
-        before: Sequence[SemanticFrame] | None = None,
+        self, text: str, scene: Scene, positions: Array | None = None, before: Sequence[SemanticFrame] | None = None
     ) -> NetworkReading:
         """What the network says of a sentence, from which a reading is taken and others are weighed."""
         seen = sketch(text, scene, positions, before, self.net.known)
@@ -414,7 +400,7 @@ def _labels(output: Output, q: int, action: str, seen: Sketch) -> tuple[dict[str
         labels[head], likely = _best(output, head, q, ALLOWED.get((action, head)))
         likelihoods.append(likely)
     if action == "end" and not labels["relation"] and not labels["direction"]:
-        labels["direction"], _ = _best(output, "direction", q, _COMPASS)
+        labels["direction"], _ = _best(output, "direction", q, DIRECTIONS)
     if labels.get("part", "whole") != "whole":
         for head in WITH_PART:
             labels[head], likely = _best(output, head, q)
@@ -432,20 +418,9 @@ def _quadrant(seen: Sketch, guess: str) -> str:
     return said[0] if said else guess
 
 
-def _needed(action: str, labels: Mapping[str, str]) -> tuple[str, ...]:
-    needed = NEEDED.get(action, ())
-    if labels.get("relation") == "between":
-        needed += ("objects2",)
-    if labels.get("spot") in ("object", "objects"):
-        needed += ("objects1",)
-    part = labels.get("part", "whole")
-    if part in ("near", "after", "before", "between"):
-        needed += ("places1",)
-    if part == "between":
-        needed += ("places2",)
-    if part in ("range", "from", "every"):
-        needed += ("part",)
-    return needed + (("until",) if part == "range" else ())
+def _needed(action: str, labels: Mapping[str, str]) -> set[str]:
+    """The pointers without which an atom is nothing."""
+    return {*NEEDED.get(action, ()), *(pointer for said in labels.items() for pointer in NEEDED_BY.get(said, ()))}
 
 
 def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
