@@ -6,7 +6,7 @@ word, add it to the line of its concept. Inflected forms (-s, -ed, -ing, -ly, -e
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -102,8 +102,15 @@ class _Node:
 
 
 @cache
-def _tree() -> _Node:
-    return _planted(phrases())
+def _tree(table: Callable[[], Mapping[tuple[str, ...], str]]) -> _Node:
+    """A table of phrases as a tree."""
+    root = _Node()
+    for words, concept in table().items():
+        node = root
+        for word in words:
+            node = node.following.setdefault(word, _Node())
+        node.concept = concept
+    return root
 
 
 @cache
@@ -119,29 +126,14 @@ def terms() -> dict[tuple[str, ...], str]:
     return table
 
 
-@cache
-def _terms() -> _Node:
-    return _planted(terms())
-
-
 def term_at(words: Sequence[str], i: int) -> tuple[str, int]:
     """The class of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
-    return _longest(_terms(), words, i, 0, 0)[:2]
-
-
-def _planted(table: Mapping[tuple[str, ...], str]) -> _Node:
-    root = _Node()
-    for words, concept in table.items():
-        node = root
-        for word in words:
-            node = node.following.setdefault(word, _Node())
-        node.concept = concept
-    return root
+    return _longest(_tree(terms), words, i, 0, 0)[:2]
 
 
 def concept_at(words: Sequence[str], i: int) -> tuple[str, int]:
     """The concept of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
-    return _longest(_tree(), words, i, 0, 0)[:2]
+    return _longest(_tree(phrases), words, i, 0, 0)[:2]
 
 
 def _longest(node: _Node, words: Sequence[str], i: int, used: int, bent: int) -> tuple[str, int, int]:
