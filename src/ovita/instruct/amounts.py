@@ -46,8 +46,8 @@ def numbers(said: Remark) -> Iterator[Candidate]:
     found = {where: _value(p, stated[p], where, said) for p, where in places.items()}
     if found:
         named = [p for p in said.active if any(names(p, said.before[i]) for i, _ in found)]
-        extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
-        extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
+        cued = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
+        extra = [p for p in cued if SENSES.get(p.concept) not in DIRECTIONS]
         yield Candidate(tuple(found.values()), (*named, *extra, *old, *places))
 
 

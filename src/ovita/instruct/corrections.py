@@ -9,17 +9,7 @@ from typing import Any
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
-from ovita.instruct.remarks import (
-    ADJECTIVES,
-    DIRECTIONS,
-    SENSES,
-    Candidate,
-    Phrase,
-    Remark,
-    heading,
-    senses_of,
-    words_in,
-)
+from ovita.instruct.remarks import ADJECTIVES, SENSES, Candidate, Phrase, Remark, heading, senses_of, words_in
 from ovita.instruct.together import STRETCH_AT
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -77,8 +67,8 @@ def directions(said: Remark) -> Iterator[Candidate]:
 def _other_ways(frame: F.SemanticFrame) -> set[str]:
     """The directions that a frame could have instead of its own; none where it has none."""
     known = set(directions_of(frame))
-    ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
-    return set(ways) - known if known else set()
+    ways = {"left", "right", "front", "back"} if isinstance(frame, F.Side | F.Tilt) else {*F.OPPOSITES}
+    return ways - known if known else set()
 
 
 def _passed(said: Remark, frame: F.SemanticFrame) -> list[Phrase]:
