@@ -20,15 +20,16 @@ from ovita.instruct.remarks import (
     Candidate,
     Phrase,
     Remark,
+    cues_in,
     heading,
     names,
     senses_of,
 )
 
-NAMED = {"radius": "radius", "turns": "turns", "size": "size", "duration": "duration"}
+NAMED = frozenset(("radius", "turns", "size", "duration"))
+"""Cues that are names of slots."""
 
 ORDINALS = ("first", "last", "middle", "second")
-
 
 COUNTS = {"once": 1.0, "twice": 2.0, "thrice": 3.0}
 """Words for numbers of turns."""
@@ -41,14 +42,13 @@ def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
     stated = {p: p.number for p in said.active if p.number} or _turn_words(said)
     old = _repeated(stated, said)
-    places = {p: _place_of(p, stated, old, said) for p in stated if p not in old}
-    found = {where: _value(p, stated[p], where, said) for p, where in places.items() if where is not None}
+    places = {p: where for p in stated if p not in old and (where := _place_of(p, stated, old, said)) is not None}
+    found = {where: _value(p, stated[p], where, said) for p, where in places.items()}
     if found:
         named = [p for p in said.active if any(names(p, said.before[i]) for i, _ in found)]
-        extra = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
-        extra = [p for p in extra if SENSES.get(p.concept) not in DIRECTIONS]
-        placed = [p for p, where in places.items() if where is not None]
-        yield Candidate(tuple(found.values()), (*named, *extra, *old, *placed))
+        cued = said.cued("more", "less", "enough", "meant", "not", "only", *NAMED)
+        extra = [p for p in cued if SENSES.get(p.concept) not in DIRECTIONS]
+        yield Candidate(tuple(found.values()), (*named, *extra, *old, *places))
 
 
 def _place_of(
@@ -105,7 +105,7 @@ def _slot_of(piece: Phrase, q: F.Quantity, said: Remark) -> _Where | None:
 def _fitting(q: F.Quantity, said: Remark) -> Sequence[int]:
     """The frames that a number may be for: those that it is said of and that hold its unit, else any that do or may."""
     held = [{one.unit for one in frame.quantities.values()} for frame in said.before]
-    taken = [{unit for units in slots(frame).values() for unit in units} for frame in said.before]
+    taken = [set[str]().union(*slots(frame).values()) for frame in said.before]
     holds, takes = _having(q.unit, held), _having(q.unit, taken)
     said_of = {*said.targets}
     return sorted(said_of & holds or (holds if q.unit else said_of & takes) or said_of & takes or said_of or takes)
@@ -115,13 +115,13 @@ def _having(unit: str, of: Sequence[Collection[str]]) -> set[int]:
     return {i for i, units in enumerate(of) if unit in units}
 
 
-def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str | None]:
+def _named_slots(piece: Phrase, q: F.Quantity, said: Remark) -> set[str]:
     """The slots that the words beside a number name; those of all clauses where it has no unit."""
-    behind = said.active[said.active.index(piece) + 1 :][:1]
-    if q.unit == "" and behind and behind[0].cues & NAMED.keys():
-        return {NAMED.get(cue) for cue in behind[0].cues}
+    behind = cues_in(said.active[said.active.index(piece) + 1 :][:1]) & NAMED
+    if q.unit == "" and behind:
+        return behind
     around = [p for p in said.active if p.clause == piece.clause or not q.unit]
-    return {NAMED.get(cue) for p in around for cue in p.cues} | {SENSES.get(p.concept) for p in around}
+    return cues_in(around) & NAMED | {SENSES.get(p.concept, "") for p in around}
 
 
 def _surely(unit: str, slot: str, had: str) -> bool:
@@ -151,7 +151,7 @@ def _step(piece: Phrase, said: Remark) -> int:
 
 def _step_before(before: Sequence[Phrase]) -> int:
     """What the words before a number say of its being more or less than before."""
-    last, cues = before[-1].text if before else "", {cue for p in before for cue in p.cues}
+    last, cues = before[-1].text if before else "", cues_in(before)
     if last in ("another", "extra") or (last == "by" and "more" in cues):
         return 1
     return -1 if last == "by" and "less" in cues else 0
@@ -196,7 +196,7 @@ def _more_or_less(
 
 def _degree(said: Remark) -> Degree | None:
     """How much more or less: "a bit", "a lot", "more, more, more!"."""
-    cues = {cue for p in said.active if not said.judged(p) for cue in p.cues}
+    cues = cues_in(p for p in said.active if not said.judged(p))
     if "slight" in cues:
         return "slight"
     return "large" if "large" in cues or [p.text for p in said.active].count("more") > 2 else None
@@ -245,28 +245,32 @@ def _factor_number(said: Remark, i: int) -> _Factor | None:
         return q.value, said.active[i : i + 2]
     near = [p for p in said.active[max(i - 3, 0) : i + 2] if p.cues & {"more", "less"}]
     if near and q.unit == "%":
-        less = any("less" in p.cues for p in near)
-        return 1 - q.value if less else 1 + q.value, (piece, *near)
+        return 1 - q.value if "less" in cues_in(near) else 1 + q.value, (piece, *near)
     return None
 
 
 def _sensed(said: Remark, frame: F.SemanticFrame) -> tuple[int, tuple[Phrase, ...]] | None:
     """1 if more of a frame is wanted, -1 if less, by words that say which way: "slower", "too close", "not so high"."""
     senses = senses_of(frame)
-    for i, piece in enumerate(said.active):
-        along = _along(piece, senses)
-        before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
-        judged, settled = _judgement(said, piece, before, said.active[i + 1 : i + 3])
-        amount = piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er"))
-        if not along or amount:
-            continue
-        if settled:
-            return (-along if judged and not _resolved(piece) else along), (piece, *before)
-        if said.cued("less"):
-            return -1, (piece,)
-        if said.cued("more", "weak") or (_sense(piece) not in DIRECTIONS and said.cued("slight", "large")):
-            return along, (piece,)
-    return None
+    found = (_sensed_at(said, i, senses) for i in range(len(said.active)))
+    return next((sensed for sensed in found if sensed is not None), None)
+
+
+def _sensed_at(said: Remark, i: int, senses: Collection[str]) -> tuple[int, tuple[Phrase, ...]] | None:
+    """What a word says of it, with the pieces that it is read from; None where it says nothing of that kind."""
+    piece = said.active[i]
+    along = _along(piece, senses)
+    before = [p for p in said.active[max(i - 2, 0) : i] if p.clause == piece.clause]
+    judged, settled = _judgement(said, piece, before, said.active[i + 1 : i + 3])
+    amount = piece.cues & {"slight", "large"} and not (judged or piece.text.endswith("er"))
+    if not along or amount:
+        return None
+    if settled:
+        return (-along if judged and not _resolved(piece) else along), (piece, *before)
+    if said.cued("less"):
+        return -1, (piece,)
+    graded = said.cued("more", "weak") or (_sense(piece) not in DIRECTIONS and said.cued("slight", "large"))
+    return (along, (piece,)) if graded else None
 
 
 def _sense(piece: Phrase) -> str:
@@ -288,8 +292,8 @@ def _resolved(piece: Phrase) -> bool:
 
 def _judgement(said: Remark, piece: Phrase, before: Sequence[Phrase], behind: Sequence[Phrase]) -> tuple[bool, bool]:
     """Whether words beside a piece say that it is too much of it; and whether it says which way by itself."""
-    enough = any("enough" in p.cues for p in behind[:1])
+    enough = "enough" in cues_in(behind[:1])
     against = any(p.text in JUDGING or p.cues & {"less", "not"} for p in before)
-    judged = (against and not enough) or any("less" in p.cues for p in behind)
+    judged = (against and not enough) or "less" in cues_in(behind)
     graded = piece.text in ADJECTIVES and bool(judged or enough or said.cued("more", "weak"))
     return judged, graded or _resolved(piece) or any(word.endswith("er") for word in piece.text.split())

@@ -33,8 +33,7 @@ def cut(sentence: str) -> list[str]:
 def _without_hyphens(words: list[str]) -> list[str]:
     """Drop the marks inside words ("zig-zag") and the endings of ordinals ("5th"), but keep the sign of a number."""
     kept: list[str] = []
-    for i, word in enumerate(words):
-        before, behind = words[i - 1] if i else "", words[i + 1] if i + 1 < len(words) else ""
+    for before, word, behind in zip(["", *words], words, [*words[1:], ""], strict=False):
         if word.lower() == "nor":
             kept += ["and", "not"]
         elif word in SIGNS:
@@ -409,9 +408,8 @@ def _pieces(text: str) -> list[_Word]:
     matches = [None, *PIECE.finditer(text.replace("’", "'")), None]
     for before, match, behind in zip(matches, matches[1:], matches[2:], strict=False):
         assert match is not None
-        glued = before is not None and before.end() == match.start()
-        joined = behind is not None and behind.start() == match.end()
-        last, following = before.group() if before else "", behind.group() if behind else ""
+        last, glued = (before.group(), before.end() == match.start()) if before else ("", False)
+        following, joined = (behind.group(), behind.start() == match.end()) if behind else ("", False)
         word = match.group()
         if word in ("-", "+", "/", ".."):
             word = _mark(word, last, following, glued, joined)
@@ -419,9 +417,8 @@ def _pieces(text: str) -> list[_Word]:
         multiplies = word in TIMES and joined and following.startswith(NUMERIC)  # "x1.5" is 1.5 times
         if multiplies or (glued and _only_shortens(word, last, following)):
             continue
-        found += [
-            _Word(part, match.span()) for part in ([word] if POINT.fullmatch(word) else SYMBOLS.get(word, word).split())
-        ]
+        parts = [word] if POINT.fullmatch(word) else SYMBOLS.get(word, word).split()
+        found += [_Word(part, match.span()) for part in parts]
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found

@@ -9,7 +9,7 @@ from typing import Any
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
-from ovita.instruct.remarks import ADJECTIVES, DIRECTIONS, SENSES, Candidate, Phrase, Remark, heading, senses_of
+from ovita.instruct.remarks import ADJECTIVES, SENSES, Candidate, Phrase, Remark, heading, senses_of, words_in
 from ovita.instruct.together import STRETCH_AT
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -23,17 +23,21 @@ def flips(said: Remark) -> Iterator[Candidate]:
     """The other way: "the opposite direction", "anticlockwise"."""
     turning = any(isinstance(frame, F.Figure | F.Rotate) for frame in said.before)
     if pieces := said.cued("flip", "ccw", "cw") if turning else said.cued("flip"):
-        turns = [i for i in said.targets if isinstance(said.before[i], F.Figure | F.Rotate)]
-        ways = [i for i in said.targets if directions_of(said.before[i])] or turns or said.targets
+        ways = _turnable(said)
         yield Candidate((E.Flip(on=said.on(ways[-1]) if ways else ""),), (*pieces, *said.naming, *said.others))
+
+
+def _turnable(said: Remark) -> list[int]:
+    """Numbers of the frames that the other way may be of: those with a direction, else figures, else any."""
+    turns = [i for i in said.targets if isinstance(said.before[i], F.Figure | F.Rotate)]
+    return [i for i in said.targets if directions_of(said.before[i])] or turns or said.targets
 
 
 def other_sides(said: Remark) -> Iterator[Candidate]:
     """The thing that was named last on its other side, where no side or direction was said: "no, the other side"."""
-    pieces = [p for p in said.cued("flip") if "side" in p.text.split()]
     sided = any(isinstance(f, F.Side | F.Figure | F.Rotate) or directions_of(f) for f in said.before)
-    names = _items([p for p in said.active if p.items]) or next((f.named for f in reversed(said.before) if f.named), ())
-    if pieces and not sided and len(names) == 1:
+    names = _items(said.active) or next((f.named for f in reversed(said.before) if f.named), ())
+    if "side" in words_in(said.cued("flip")) and not sided and len(names) == 1:
         used = [p for p in said.active if p.cues or p.items or p.concept in ("pass", "around", "of", "at")]
         yield Candidate((E.Also(frame=F.Side(direction="other", objects=names)),), used, sure=True)
 
@@ -42,9 +46,8 @@ def contraries(said: Remark) -> Iterator[Candidate]:
     """The other way round, by a word for it: "no, speed up", "faster instead"."""
     denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]
     for i in reversed(said.targets if said.corrects or denied else []):
-        against = {OPPOSITE.get(sense) for sense in senses_of(said.before[i])} - {None, "less"}
-        pieces = [p for p in said.wanted if SENSES.get(p.concept) in against]
-        if pieces:
+        against = {*map(OPPOSITE.get, senses_of(said.before[i]))} - {None, "less"}
+        if pieces := [p for p in said.wanted if SENSES.get(p.concept) in against]:
             yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *denied, *said.cued("not")))
 
 
@@ -64,8 +67,8 @@ def directions(said: Remark) -> Iterator[Candidate]:
 def _other_ways(frame: F.SemanticFrame) -> set[str]:
     """The directions that a frame could have instead of its own; none where it has none."""
     known = set(directions_of(frame))
-    ways = ("left", "right", "front", "back") if isinstance(frame, F.Side | F.Tilt) else DIRECTIONS
-    return set(ways) - known if known else set()
+    ways = {"left", "right", "front", "back"} if isinstance(frame, F.Side | F.Tilt) else {*F.OPPOSITES}
+    return ways - known if known else set()
 
 
 def _passed(said: Remark, frame: F.SemanticFrame) -> list[Phrase]:
@@ -75,19 +78,24 @@ def _passed(said: Remark, frame: F.SemanticFrame) -> list[Phrase]:
 
 def objects(said: Remark) -> Iterator[Candidate]:
     """Another object than was said."""
-    new = [p for p in said.wanted if {*p.items} - said.known]
     i = _about_objects(said)
-    besides = said.adds or (said.cued("same") and not said.corrects and not said.cued("not"))
-    if besides or i is None or not (new or said.others):
+    new = [p for p in said.wanted if {*p.items} - said.known]
+    if i is None or _is_besides(said) or not (new or said.others):
         return
-    items, several = _items(new) or said.alike(said.before[i]), len(new) > 1 or any(map(_several, new))
-    items = items if several else tuple(name for name in items if name not in said.known)
     near = said.of(*NEAR) if said.corrects else []
     used = (*new, *said.others, *near, *said.naming, *said.cued("not", "flip"))
+    several = _several(new)
+    named = _items(new) or said.alike(said.before[i])
+    items = named if several else tuple(name for name in named if name not in said.known)
     if len(items) == 1 or several:
         yield Candidate((E.Replace(on=said.on(i), objects=items),), used)
     elif items:
         yield Candidate((), used, "Which one: " + " or ".join(map(repr, items)) + "?", items)
+
+
+def _is_besides(said: Remark) -> bool:
+    """Whether an object is named besides, not instead: "the same for the bottle"."""
+    return said.adds or bool(said.cued("same") and not (said.corrects or said.cued("not")))
 
 
 def _about_objects(said: Remark) -> int | None:
@@ -100,9 +108,9 @@ def _items(pieces: Sequence[Phrase]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for p in pieces for name in p.items))
 
 
-def _several(piece: Phrase) -> bool:
-    """Whether a piece means all of several objects: "both cups"."""
-    return piece.text.endswith("s") or "both" in piece.text.split()
+def _several(pieces: Sequence[Phrase]) -> bool:
+    """Whether pieces mean all of several objects: "both cups"."""
+    return len(pieces) > 1 or any(p.text.endswith("s") or "both" in p.text.split() for p in pieces)
 
 
 def copies(said: Remark) -> Iterator[Candidate]:
@@ -164,9 +172,14 @@ def spares(said: Remark) -> Iterator[Candidate]:
     meant = said.meant(kept)
     if not meant or any(_is_strange(p) for p in (*kept, *left)) or not (left or len(meant) < len(said.before)):
         return
-    edits = tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in meant)
+    edits = _all_but(said, meant)
     question = "" if edits else "Nothing else was changed; what should be different?"
     yield Candidate(edits, (*kept, *left), question, sure=True)
+
+
+def _all_but(said: Remark, kept: Sequence[int]) -> tuple[E.Drop, ...]:
+    """Without all frames but some."""
+    return tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in kept)
 
 
 def _kept_and_left(said: Remark) -> tuple[list[Phrase], list[Phrase]]:
@@ -174,17 +187,23 @@ def _kept_and_left(said: Remark) -> tuple[list[Phrase], list[Phrase]]:
     spans = _spans(said.pieces)
     gone = [i for i, span in enumerate(spans) if _is_given_up(span, before=spans[i + 1 :])]
     left = [p for i in gone for p in spans[i]]
-    at = next((i for i, p in enumerate(left) if _cued(p, "except")), len(left))
     stays = (span for i, span in enumerate(spans) if i not in gone and _stays(span, gone, i))
-    return left[at + 1 :] or [p for span in stays if said.meant(span) for p in span], left
+    return _excepted(left) or [p for span in stays if said.meant(span) for p in span], left
+
+
+def _excepted(pieces: Sequence[Phrase]) -> list[Phrase]:
+    """What stands behind an "except"; nothing where there is none."""
+    at = next((i for i, p in enumerate(pieces) if "except" in p.cues), len(pieces))
+    return [*pieces[at + 1 :]]
 
 
 def _is_strange(piece: Phrase) -> bool:
     return piece.number is not None or (piece.unknown and piece.text not in ("else", "other"))
 
 
-def _cued(piece: Phrase, *cues: str) -> bool:
-    return not piece.cues.isdisjoint(cues)
+def _cued(span: Sequence[Phrase], *cues: str) -> bool:
+    """Whether a piece of a span has one of these cues."""
+    return any(not piece.cues.isdisjoint(cues) for piece in span)
 
 
 def _spans(pieces: Sequence[Phrase]) -> list[list[Phrase]]:
@@ -203,21 +222,25 @@ JOINTS = frozenset((",", ".", ";", ":", "!", "-", "and", "but", "though", "altho
 
 def _is_given_up(span: Sequence[Phrase], before: Sequence[Sequence[Phrase]]) -> bool:
     """Whether all, or all the rest, is to go: "undo everything", "the rest can go", or "reset" before something."""
-    words = {word for p in span for word in p.text.split()}
+    words = {*words_in(span)}
     rest = not words.isdisjoint(("rest", "others", "else"))
-    going = any(_cued(p, "undo", "restart") for p in span) or (rest and not words.isdisjoint(("go", "goes")))
-    if not going or any(_cued(p, "keep", "not") for p in span):
+    going = _cued(span, "undo", "restart") or (rest and not words.isdisjoint(("go", "goes")))
+    if not going or _cued(span, "keep", "not"):
         return False
-    asked = any(p.content and not _cued(p, "undo", "restart", "only") and p.concept != "whole" for p in span)
-    bare = not asked and (bool(before) or "everything" in words)
-    return rest or bare or any(_cued(p, "except") for p in span)
+    bare = (bool(before) or "everything" in words) and not any(map(_is_asked_besides, span))
+    return rest or bare or _cued(span, "except")
+
+
+def _is_asked_besides(piece: Phrase) -> bool:
+    """Whether a piece of what is given up asks for anything else."""
+    return piece.content and piece.concept != "whole" and piece.cues.isdisjoint(("undo", "restart", "only"))
 
 
 def _stays(span: Sequence[Phrase], gone: Sequence[int], at: int) -> bool:
     """Whether what is named is to stay: "keep the lift"; where nothing else is said to go, "keep only the lift"."""
-    if any(_cued(p, "undo", "restart", "not", "except") or p.text == "alone" for p in span):
+    if _cued(span, "undo", "restart", "not", "except") or any(p.text == "alone" for p in span):
         return False
-    keep, just = (any(_cued(p, cue) for p in span) for cue in ("keep", "only"))
+    keep, just = _cued(span, "keep"), _cued(span, "only")
     but = span[0].text == "but" and at - 1 in gone
     return keep or just or but if gone else keep and just
 
@@ -229,7 +252,7 @@ def only(said: Remark) -> Iterator[Candidate]:
     if said.cued("keep"):  # "leave the speed alone"
         yield from _without(said, kept, (), used)
     elif 0 < len(kept) < len(said.before):
-        yield Candidate(tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in kept), used)
+        yield Candidate(_all_but(said, kept), used)
     elif len(kept) == 1:
         ways = {heading(p) for p in said.naming}
         yield Candidate(tuple(E.Drop(on=way) for way in directions_of(said.before[0]) if way not in ways), used)
@@ -238,12 +261,10 @@ def only(said: Remark) -> Iterator[Candidate]:
 def _denied(said: Remark) -> list[Phrase]:
     """The pieces that name what is not wanted: "not the shift", "everything but the shift"."""
     nouns = [p for p in said.naming if p.text not in ADJECTIVES]  # "not as slow" wants less of it
-    excepted = said.cued("except")
-    if excepted:
+    if excepted := said.cued("except"):
         behind = said.active[said.active.index(excepted[-1]) + 1 :]
-        return [] if any(p.items for p in behind) else [p for p in nouns if p in behind]
-    denied = [p for p in nouns if said.denies(p)]
-    return denied if all(said.denies(p) for p in said.headed) else []
+        return [] if _items(behind) else [p for p in nouns if p in behind]
+    return [p for p in nouns if said.denies(p)] if all(map(said.denies, said.headed)) else []
 
 
 def _without(

@@ -12,7 +12,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.degrees import Degree
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
 from ovita.instruct.frames import name_of
-from ovita.instruct.notation import ROLES, quantity
+from ovita.instruct.notation import ROLES, any_of, quantity
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
@@ -199,10 +199,10 @@ def factor_of(edit: Rescale) -> float:
 def _rescaled_slots(frame: F.SemanticFrame, on: str) -> Sequence[str]:
     """The slots that "more" is about: the direction that is named, all with a distance, or the main amount."""
     directions = [d for d, q in _offset(frame) if q is not None]
+    if directions:
+        return [on] if on in directions else directions
     main = next(iter(slots(frame)))
-    return (
-        [on] if on in directions else directions or [main if main in frame.quantities else next(iter(frame.quantities))]
-    )
+    return [main if main in frame.quantities else next(iter(frame.quantities))]
 
 
 def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:
@@ -216,15 +216,17 @@ def _by_degree(frame: F.SemanticFrame, edit: Rescale) -> F.SemanticFrame:
 def _times(frame: F.SemanticFrame, slot: str, k: float) -> F.SemanticFrame:
     """A frame with k times the effect of a slot: factors move away from 1, counts stay whole."""
     q = frame.quantities[slot]
-    if isinstance(frame, F.Pace) and frame.factor is not None:
-        if q.unit == "%" and q.role == "by" and (frame.change == "faster" or q.value * k <= 0.8):
-            return put(frame, slot, _like(q, q.value * k))
-        amount = F.Quantity(_rounded(further(frame.factor, k)), "x", "to")
-        return replace(frame, change="set", amount=amount)
+    if isinstance(frame, F.Pace) and frame.factor is not None and not _stays_a_share(frame, q, k):
+        return replace(frame, change="set", amount=F.Quantity(_rounded(further(frame.factor, k)), "x", "to"))
     if q.unit == "x" or (q.unit == "%" and isinstance(frame, F.Resize) and not frame.change):
         return put(frame, slot, _like(q, further(q.value, k)))
     counts = isinstance(frame, F.Resample) or q.unit == "waypoints" or slot in ("turns", "waves")
     return put(frame, slot, _like(q, _whole(q.value * k, up=k > 1) if counts else q.value * k))
+
+
+def _stays_a_share(pace: F.Pace, q: F.Quantity, k: float) -> bool:
+    """Whether k times so much per cent faster or slower is still said so; slower by nearly all of it is a factor."""
+    return q.unit == "%" and q.role == "by" and (pace.change == "faster" or q.value * k <= 0.8)
 
 
 def _whole(value: float, *, up: bool) -> int:
@@ -364,7 +366,7 @@ def _about(frame: F.SemanticFrame, objects: tuple[str, ...]) -> F.SemanticFrame:
 
 def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
     if part.kind == "near" and len(objects) > 1:
-        return PathPart("either", parts=tuple(replace(part, places=(name,)) for name in objects))
+        return any_of([replace(part, places=(name,)) for name in objects])
     parts = tuple(_part_about(inner, objects) for inner in part.parts)
     return replace(part, parts=parts, places=objects[: len(part.places)])
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from ovita.instruct import corrections as C
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import amounts, numbers
 from ovita.instruct.looking_back import Retrospect, looks_back
-from ovita.instruct.remarks import NOES, Candidate, Phrase, Remark, pieces_of, steps_of
+from ovita.instruct.remarks import NOES, Candidate, Phrase, Remark, pieces_of, steps_of, words_in
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 
@@ -74,34 +74,34 @@ def stated(text: str, scene: Scene) -> tuple[F.Quantity | None, set[str]]:
     """The one quantity of an utterance, or None, and its words."""
     pieces = pieces_of(text, scene, (), None)
     numbers = [piece.number for piece in pieces if piece.number]
-    return (numbers[0] if len(numbers) == 1 else None), {word for p in pieces for word in p.text.split()}
+    return (numbers[0] if len(numbers) == 1 else None), {*words_in(pieces)}
 
 
 def _commands(said: Remark) -> Iterator[Candidate]:
     """Turns of the dialogue itself: undo, redo, start over, explain, accept."""
     counts = [p for p in said.active if steps_of(p) or p.text == "last"]
     steps = max(map(steps_of, counts), default=0) or 1
-    undo, redo = said.cued("undo"), said.cued("redo")
     if _asks_a_fact(said):
         yield Candidate((E.Command(command="explain"),), said.active)
-    words = {word for p in said.active if p.number or p.text[0].isalpha() for word in p.text.split()}
+    words = {*words_in(p for p in said.active if p.number or p.text[0].isalpha())}
     if words and words <= DENYING:
         yield Candidate((E.Command(command="undo"),), said.active)
-    if restart := said.cued("restart"):
-        yield Candidate((E.Command(command="restart"),), (*restart, *undo))
-    if redo:
-        yield Candidate((E.Command(command="redo", steps=steps),), (*redo, *undo, *counts))
-    if undo:
-        yield Candidate((E.Command(command="undo", steps=steps),), (*undo, *counts))
-    if explain := said.cued("explain"):
-        yield Candidate((E.Command(command="explain"),), (*explain, *_clauses_of(said, explain)))
-    if accept := said.cued("accept"):
-        yield Candidate((E.Command(command="accept"),), (*accept, *said.cued("enough")))
+    undo = said.cued("undo")
+    rows: tuple[tuple[Any, int, Sequence[Phrase]], ...] = (
+        ("restart", 1, undo),
+        ("redo", steps, (*undo, *counts)),
+        ("undo", steps, counts),
+        ("explain", 1, _asking_why(said)),
+        ("accept", 1, said.cued("enough")),
+    )
+    for command, times, besides in rows:
+        if pieces := said.cued(command):
+            yield Candidate((E.Command(command=command, steps=times),), (*pieces, *besides))
 
 
 def _asks_a_fact(said: Remark) -> bool:
     """Whether it is a question about what there is, which never changes anything: "what changed so far?"."""
-    words = [word for p in said.pieces for word in p.text.split()]
+    words = words_in(said.pieces)
     proposes = words[1:2] and (words[1] in PROPOSING or "possible" in words)
     return words[-1:] == ["?"] and words[0] in ASKING and not proposes
 
@@ -114,9 +114,9 @@ PROPOSING = frozenset("about if you there".split())
 """Words that begin a question of fact, and those behind them that begin a proposal: "how about", "what if"."""
 
 
-def _clauses_of(said: Remark, pieces: Sequence[Phrase]) -> list[Phrase]:
+def _asking_why(said: Remark) -> list[Phrase]:
     """The pieces of the clauses that ask why: "why did you slow down?"."""
-    asking = {p.clause for p in pieces if "why" in p.text.split()}
+    asking = {p.clause for p in said.cued("explain") if "why" in p.text.split()}
     return [p for p in said.active if p.clause in asking]
 
 

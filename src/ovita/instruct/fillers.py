@@ -28,14 +28,14 @@ MILD = {"speed": 4, "keep": 2, "distance": 6, "there": 3, "slight": 3, "large": 
         "end": 9, "radius": 5, "size": 5, "straights": 4, "laps": 2, "waves": 3, "dec": 5, "raise": 9}  # fmt: skip
 CONTENT = 10
 
-SLOTTED = (
-    QUANTITIES
-    | frozenset(FRACTION)
-    | frozenset(DIRECTIONS)
-    | frozenset(
-        "Hq once ceiling floorlimit obj end pair point within_of axis_by part double triple halve clockwise anticlockwise halfway".split()
-    )
-)
+
+def weight(item: Chunk) -> float:
+    """What it costs to leave a constituent over."""
+    return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
+
+
+SLOTTED = QUANTITIES.union(FRACTION, DIRECTIONS, """Hq once ceiling floorlimit obj end pair point within_of axis_by part
+    double triple halve clockwise anticlockwise halfway""".split())  # fmt: skip
 """Classes that fill slots."""
 
 
@@ -222,10 +222,6 @@ def amount(*kinds: str, role: str = "by") -> Filler:
     return fill
 
 
-def _metres(item: Chunk) -> bool:
-    return item.kind == "Qn" and _small(item)
-
-
 def _small(item: Chunk) -> bool:
     """Whether a number without a unit can only be metres: 0.05."""
     return item.q is not None and (("." in item.text and item.q.value < 10) or item.q.value == 0)
@@ -314,7 +310,8 @@ def _has_its_own(behind: Sequence[Chunk], way: str) -> bool:
 
 def _is_distance(item: Chunk) -> bool:
     """Whether a constituent says how far something moves, not where to, nor a bound."""
-    return item.number.role not in ("at_least", "at_most", "to") and (item.kind == "Qm" or _metres(item))
+    metres = item.kind == "Qm" or (item.kind == "Qn" and _small(item))
+    return metres and item.number.role not in ("at_least", "at_most", "to")
 
 
 def _length(item: Chunk) -> F.Quantity | None:

@@ -21,57 +21,42 @@ from ovita.instruct.frames import Quantity, Reading, SemanticFrame
 from ovita.instruct.lacking import completed, without_amounts
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, OBJECTS, TRAINED, Atom, Unfit, atoms_of, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, atoms_of, items_of
 from ovita.instruct.together import aimed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
+_FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 WITH_PART = ("place", "toward", "outside")
 OF_ACTION: dict[str, tuple[str, ...]] = {
     "pace": ("choice", "role", "degree", "part"),
     "move": ("direction", "degree", "part"),
     "end": ("choice", "relation", "direction", "degree", "spot"),
-    "closer": ("degree", "part"),
-    "farther": ("degree", "part"),
-    "clearance": ("role", "part"),
-    "via": ("relation",),
-    "avoid": ("relation",),
-    "side": ("direction",),
-    "keep": ("choice", "part"),
-    "stop": ("spot",),
-    "wait": ("spot",),
-    "extend": ("direction", "spot"),
-    "smooth": ("degree", "part"),
-    "waypoints": ("choice", "part"),
-    **dict.fromkeys(("circle", "spiral", "eight", "zigzag", "wave", "shake"), ("spot", "sense", "degree", "part")),
-    "mirror": ("choice", "spot"),
+    **dict.fromkeys(("closer", "farther", "smooth"), ("degree", "part")),
+    **dict.fromkeys(("clearance", "height"), ("role", "part")),
+    **dict.fromkeys(("via", "avoid"), ("relation",)),
+    **dict.fromkeys(("side", "tilt"), ("direction",)),
+    **dict.fromkeys(("keep", "waypoints"), ("choice", "part")),
+    **dict.fromkeys(("stop", "wait"), ("spot",)),
+    **dict.fromkeys(("extend", "bound"), ("direction", "spot")),
+    **dict.fromkeys(_FIGURES, ("spot", "sense", "degree", "part")),
+    **dict.fromkeys(("mirror", "trim"), ("choice", "spot")),
     "rotate": ("sense", "spot"),
-    "tilt": ("direction",),
     "resize": ("choice", "degree", "spot"),
     "curve": ("choice", "degree", "part"),
-    "straighten": ("part",),
-    "level": ("part",),
-    "height": ("role", "part"),
-    "bound": ("direction", "spot"),
-    "trim": ("choice", "spot"),
-    "quadrant": ("choice",),
-    "ask": ("choice",),
-    "improper": ("choice",),
+    **dict.fromkeys(("straighten", "level"), ("part",)),
+    **dict.fromkeys(("quadrant", "ask", "improper"), ("choice",)),
     "scale": ("choice", "degree", "on"),
     "set": ("choice", "direction", "step", "on"),
-    "flip": ("on",),
     "replace": ("choice", "direction", "spot", "on"),
-    "restrict": ("part", "on"),
-    "except": ("part", "on"),
-    "drop": ("on",),
-    "again": ("on",),
+    **dict.fromkeys(("restrict", "except"), ("part", "on")),
+    **dict.fromkeys(("flip", "drop", "again"), ("on",)),
 }  # fmt: skip
 """The heads that count for an action besides the action itself."""
 
 _ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
                "set", "scale", "undo", "redo")  # fmt: skip
 _OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop", "avoid")
-_FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
     **dict.fromkeys(_OF_OBJECTS, ("amount", "objects1", "objects2", "objects3")),
@@ -83,14 +68,13 @@ POINTS: dict[str, tuple[str, ...]] = {
 """What each action may point at, besides its place and its part of the path."""
 
 _FIRST = ("none", "ask", "improper", *TRAINED)
-_COMPASS = DIRECTIONS
 ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
     ("height", "role"): ("to", "at_least", "at_most"),
     ("pace", "role"): ("by", "to"),
-    **{(action, "direction"): _COMPASS for action in ("move", "tilt", "bound")},
-    ("side", "direction"): (*_COMPASS, "other"),
-    **{(action, "direction"): ("", *_COMPASS) for action in ("end", "extend", "set", "replace")},
+    **{(action, "direction"): DIRECTIONS for action in ("move", "tilt", "bound")},
+    ("side", "direction"): (*DIRECTIONS, "other"),
+    **{(action, "direction"): ("", *DIRECTIONS) for action in ("end", "extend", "set", "replace")},
     ("end", "relation"): ("", "to", "toward", "away"),
     ("via", "relation"): ("", "over", "under", "between"),
     ("avoid", "relation"): ("over", "under", "between"),
@@ -107,6 +91,16 @@ NEEDED: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("height", "set"), ("amount",)),
 }  # fmt: skip
 """Pointers without which an action is nothing."""
+
+NEEDED_BY: dict[tuple[str, str], tuple[str, ...]] = {
+    ("relation", "between"): ("objects2",),
+    **{("spot", spot): ("objects1",) for spot in ("object", "objects")},
+    **{("part", kind): ("places1",) for kind in ("near", "after", "before")},
+    ("part", "between"): ("places1", "places2"),
+    **{("part", kind): ("part",) for kind in ("from", "every")},
+    ("part", "range"): ("part", "until"),
+}
+"""Pointers without which a class of a head is nothing."""
 
 QUESTIONS = {
     "which": "which object is meant",
@@ -209,11 +203,7 @@ class LearnedReader:
         return self._net
 
     def read(
-        self,
-        text: str,
-        scene: Scene,
-        positions: Array | None = None,
-        before: Sequence[SemanticFrame] | None = None,
+        self, text: str, scene: Scene, positions: Array | None = None, before: Sequence[SemanticFrame] | None = None
     ) -> Reading:
         """What a sentence asks for.
 
@@ -226,11 +216,7 @@ class LearnedReader:
         return self.reading(self.hear(text, scene, positions, before))
 
     def hear(
-        self,
-        text: str,
-        scene: Scene,
-        positions: Array | None = None,
-        before: Sequence[SemanticFrame] | None = None,
+        self, text: str, scene: Scene, positions: Array | None = None, before: Sequence[SemanticFrame] | None = None
     ) -> NetworkReading:
         """What the network says of a sentence, from which a reading is taken and others are weighed."""
         seen = sketch(text, scene, positions, before, self.net.known)
@@ -264,15 +250,12 @@ class LearnedReader:
         left = unused(seen, choice)
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
-            outcome["unread"] = left
-            outcome["besides"] = BESIDES[choice.besides]
+            outcome |= {"unread": left, "besides": BESIDES[choice.besides]}
         items = _aimed(items, seen)
-        if before is not None:
-            edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
-            return Reading(edits=edits, **outcome), features
-        spans = tuple(sorted(m.words for i in choice.used if (m := seen.mentions[i]).words is not None))
-        said = [piece.text.lower() for piece in seen.pieces]
-        return Reading(tuple(replace(held_along(item, said), words=spans) for item in items), **outcome), features
+        if before is None:
+            return Reading(_as_said(items, choice.used, seen), **outcome), features
+        edits = tuple(Also(frame=item) if isinstance(item, SemanticFrame) else item for item in items)
+        return Reading(edits=edits, **outcome), features
 
     def sure(self, features: Array) -> float:
         """How likely a reading is right, by its features; not calibrated without the network's calibration."""
@@ -329,6 +312,13 @@ def _aimed(items: Iterable[Any], seen: Sketch) -> tuple[Any, ...]:
     return tuple(aimed([i], spoken, named)[0] if isinstance(i, SemanticFrame) else i for i in items)
 
 
+def _as_said(items: Iterable[Any], used: Collection[int], seen: Sketch) -> tuple[SemanticFrame, ...]:
+    """The frames of a first request, with what holds all along and where the words stand that they are read from."""
+    spans = tuple(sorted(m.words for i in used if (m := seen.mentions[i]).words is not None))
+    said = [piece.text.lower() for piece in seen.pieces]
+    return tuple(replace(held_along(item, said), words=spans) for item in items)
+
+
 def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     """The slots of a reading that asks back or finds nothing to do; empty where there is something to do."""
     first = choice.atoms[0].label("action") if choice.atoms else "none"
@@ -379,42 +369,45 @@ def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = Non
 
 
 def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
+    """The likeliest atom of an action, and how likely each of its choices is; `used` gets what it points at."""
+    labels, likelihoods = _labels(output, q, action, seen)
+    amounts: dict[str, Quantity] = {}
+    names: dict[str, list[str]] = {"objects": [], "places": []}
+    needed = _needed(action, labels)
+    taken: dict[str, set[int]] = {"objects": set(), "places": set(), "amounts": set()}
+    for pointer in _pointers(action, labels):
+        kind = "amounts" if pointer in AMOUNTS else pointer[:-1]
+        unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
+        mention, likely = _pointed(output, pointer, q, pointer in needed, taken[kind] | unfit)
+        likelihoods.append(likely)
+        if mention < 0:
+            continue
+        used.add(mention)
+        taken[kind].add(mention)
+        if kind == "amounts":
+            amounts[pointer] = seen.mentions[mention].quantity
+        else:
+            names[kind] += seen.mentions[mention].items
+    objects, places = (tuple(dict.fromkeys(found)) for found in names.values())
+    return Atom(labels, amounts, objects, places), likelihoods
+
+
+def _labels(output: Output, q: int, action: str, seen: Sketch) -> tuple[dict[str, str], list[float]]:
+    """The likeliest classes of the heads that count for an action, and how likely each is."""
     labels = {"action": action}
     likelihoods: list[float] = []
     for head in OF_ACTION.get(action, ()):
         labels[head], likely = _best(output, head, q, ALLOWED.get((action, head)))
         likelihoods.append(likely)
     if action == "end" and not labels["relation"] and not labels["direction"]:
-        labels["direction"], _ = _best(output, "direction", q, _COMPASS)
+        labels["direction"], _ = _best(output, "direction", q, DIRECTIONS)
     if labels.get("part", "whole") != "whole":
         for head in WITH_PART:
             labels[head], likely = _best(output, head, q)
             likelihoods.append(likely)
     if action == "quadrant":
         labels["choice"] = _quadrant(seen, labels["choice"])
-    amounts: dict[str, Quantity] = {}
-    objects: dict[str, tuple[str, ...]] = {}
-    needed = _needed(action, labels)
-    taken: dict[str, set[int]] = {"objects": set(), "places": set(), "amounts": set()}
-    for pointer in _pointers(action, labels):
-        others = taken["amounts" if pointer in AMOUNTS else pointer[:-1]]
-        unfit = {i for i, m in enumerate(seen.mentions) if not m.is_object and not _fits(m.unit, pointer, labels)}
-        mention, likely = _pointed(output, pointer, q, pointer in needed, others | unfit)
-        likelihoods.append(likely)
-        if mention < 0:
-            continue
-        used.add(mention)
-        others.add(mention)
-        found = seen.mentions[mention]
-        if pointer in AMOUNTS:
-            amounts[pointer] = found.quantity
-        else:
-            objects[pointer] = found.items
-    named, places = (
-        tuple(dict.fromkeys(n for p in OBJECTS if p.startswith(kind) for n in objects.get(p, ())))
-        for kind in ("objects", "places")
-    )
-    return Atom(labels, amounts, named, places), likelihoods
+    return labels, likelihoods
 
 
 def _quadrant(seen: Sketch, guess: str) -> str:
@@ -425,20 +418,9 @@ def _quadrant(seen: Sketch, guess: str) -> str:
     return said[0] if said else guess
 
 
-def _needed(action: str, labels: Mapping[str, str]) -> tuple[str, ...]:
-    needed = NEEDED.get(action, ())
-    if labels.get("relation") == "between":
-        needed += ("objects2",)
-    if labels.get("spot") in ("object", "objects"):
-        needed += ("objects1",)
-    part = labels.get("part", "whole")
-    if part in ("near", "after", "before", "between"):
-        needed += ("places1",)
-    if part == "between":
-        needed += ("places2",)
-    if part in ("range", "from", "every"):
-        needed += ("part",)
-    return needed + (("until",) if part == "range" else ())
+def _needed(action: str, labels: Mapping[str, str]) -> set[str]:
+    """The pointers without which an atom is nothing."""
+    return {*NEEDED.get(action, ()), *(pointer for said in labels.items() for pointer in NEEDED_BY.get(said, ()))}
 
 
 def _pointers(action: str, labels: Mapping[str, str]) -> list[str]:
@@ -517,9 +499,9 @@ def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
     """What the sentence mentions and nothing points at, nor at another mention of it; not a figure's eight."""
     eight = any(atom.label("action") == "eight" for atom in choice.atoms)
     pointed = {name for i in choice.used for name in seen.mentions[i].items}
-    open_ = {f.mention for f in seen.pieces if f.mention >= 0} - choice.used
-    mentions = [seen.mentions[i] for i in sorted(open_)]
-    return [m for m in mentions if not m.weak and not pointed & set(m.items) and not (eight and m.value == 8.0)]
+    open_ = sorted({f.mention for f in seen.pieces if f.mention >= 0} - choice.used)
+    mentions = [seen.mentions[i] for i in open_ if not seen.mentions[i].weak]
+    return [m for m in mentions if pointed.isdisjoint(m.items) and not (eight and m.value == 8.0)]
 
 
 def _concepts(seen: Sketch) -> list[tuple[str, str]]:

@@ -6,10 +6,11 @@ word, add it to the line of its concept. Inflected forms (-s, -ed, -ing, -ly, -e
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 
 from ovita.errors import OvitaError
 
@@ -25,7 +26,7 @@ COMPARING = frozenset("too so less not no never that once twice".split())
 """Words that turn what follows them round; phrases that begin with one are composed by the reader."""
 
 ALIKE = {"away": "farther", "increase": "inc", "decrease": "dec",
-         "through": "thru", "beyond": "after", "fewer": "dec", "pass": "pass", "remove": "trim"}  # fmt: skip
+         "through": "thru", "beyond": "after", "fewer": "dec", "remove": "trim"}  # fmt: skip
 """Concepts of `words/` and the classes of `terms/` that they belong to."""
 
 IRREGULAR = {
@@ -52,21 +53,27 @@ def concepts(only: str = "", folder: str = "words") -> dict[str, tuple[str, ...]
     """
     found: dict[str, str] = {}
     for file in sorted(files("ovita.instruct").joinpath(folder).iterdir(), key=lambda f: f.name):
-        if not file.name.endswith(".txt") or (file.name != only if only else file.name == FEEDBACK):
-            continue
-        concept = ""
-        for line in file.read_text(encoding="utf-8").splitlines():
-            if not line.strip() or line.startswith("#"):
-                continue
-            rest = line
-            if not line[0].isspace():
-                concept, colon, rest = line.partition(":")
-                if not colon:
-                    raise OvitaError(f"{file.name}: {line!r} names no concept; write 'concept: word, phrase, ...'")
-            found[concept] = f"{found[concept]} {rest}" if concept in found else rest
+        if file.name.endswith(".txt") and (file.name == only if only else file.name != FEEDBACK):
+            for concept, listed in _lines_of(file):
+                found[concept] = f"{found.get(concept, '')} {listed}"
     return {
         concept: tuple(" ".join(p.split()) for p in listed.split(",") if p.strip()) for concept, listed in found.items()
     }
+
+
+def _lines_of(file: Traversable) -> Iterator[tuple[str, str]]:
+    """The lines of a word file, each with its concept: an indented line goes on with the concept before it."""
+    concept = ""
+    for line in file.read_text(encoding="utf-8").splitlines():
+        if not line.strip() or line.startswith("#"):
+            continue
+        if line[0].isspace():
+            yield concept, line
+            continue
+        concept, colon, listed = line.partition(":")
+        if not colon:
+            raise OvitaError(f"{file.name}: {line!r} names no concept; write 'concept: word, phrase, ...'")
+        yield concept, listed
 
 
 @cache
@@ -95,8 +102,15 @@ class _Node:
 
 
 @cache
-def _tree() -> _Node:
-    return _planted(phrases())
+def _tree(table: Callable[[], Mapping[tuple[str, ...], str]]) -> _Node:
+    """A table of phrases as a tree."""
+    root = _Node()
+    for words, concept in table().items():
+        node = root
+        for word in words:
+            node = node.following.setdefault(word, _Node())
+        node.concept = concept
+    return root
 
 
 @cache
@@ -112,30 +126,14 @@ def terms() -> dict[tuple[str, ...], str]:
     return table
 
 
-@cache
-def _terms() -> _Node:
-    return _planted(terms())
-
-
 def term_at(words: Sequence[str], i: int) -> tuple[str, int]:
     """The class of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
-    return _longest(_terms(), words, i, 0, 0)[:2]
-
-
-def _planted(table: Mapping[tuple[str, ...], str]) -> _Node:
-    root = _Node()
-    for words, concept in table.items():
-        node = root
-        for word in words:
-            node = node.following.setdefault(word, _Node())
-        node.concept = concept
-    return root
+    return _longest(_tree(terms), words, i, 0, 0)[:2]
 
 
 def concept_at(words: Sequence[str], i: int) -> tuple[str, int]:
     """The concept of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
-    concept, used, _ = _longest(_tree(), words, i, 0, 0)
-    return concept, used
+    return _longest(_tree(phrases), words, i, 0, 0)[:2]
 
 
 def _longest(node: _Node, words: Sequence[str], i: int, used: int, bent: int) -> tuple[str, int, int]:
@@ -144,14 +142,10 @@ def _longest(node: _Node, words: Sequence[str], i: int, used: int, bent: int) ->
     if i + used >= len(words):
         return best
     word = words[i + used]
-    whole = node.following.get(word)
-    forms = stems(word) if not used else (word, *(w for w in stems(word) if word == w + "s"))
-    for form in (word,) if whole is not None and whole.concept else forms:
-        child = node.following.get(form)
-        if child is not None:
-            found = _longest(child, words, i, used + 1, bent + (form != word))
-            if found[0] and (found[1], -found[2]) > (best[1], -best[2]):
-                best = found
+    for form in _forms_at(node, word, begins=not used):
+        found = _longest(node.following[form], words, i, used + 1, bent + (form != word))
+        if found[0] and (found[1], -found[2]) > (best[1], -best[2]):
+            best = found
     if used and word in DETERMINERS and word not in node.following:
         found = _longest(node, words, i, used + 1, bent)
         if found[0] and found[1] > used + 1 and found[1] > best[1]:
@@ -159,20 +153,19 @@ def _longest(node: _Node, words: Sequence[str], i: int, used: int, bent: int) ->
     return best
 
 
-ENDINGS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("ing", ("", "e")),
-    ("ied", ("y",)),
-    ("ies", ("y",)),
-    ("ed", ("", "e")),
-    ("es", ("", "e")),
-    ("s", ("",)),
-    ("ily", ("y",)),
-    ("ly", ("", "le")),
-    ("iest", ("y",)),
-    ("ier", ("y",)),
-    ("est", ("", "e")),
-    ("er", ("", "e")),
-)
+def _forms_at(node: _Node, word: str, *, begins: bool) -> list[str]:
+    """The forms of a word with which a phrase goes on; behind its first word only a plural is another form."""
+    whole = node.following.get(word)
+    if whole is not None and whole.concept:
+        return [word]
+    return [form for form in stems(word) if form in node.following and (begins or word in (form, form + "s"))]
+
+
+ENDINGS = {
+    "ing": ("", "e"), "ied": ("y",), "ies": ("y",), "ed": ("", "e"), "es": ("", "e"), "s": ("",), "ily": ("y",),
+    "ly": ("", "le"), "iest": ("y",), "ier": ("y",), "est": ("", "e"), "er": ("", "e"),
+}  # fmt: skip
+"""What an inflected form ends in, and what its base form may end in instead."""
 
 
 @lru_cache(maxsize=4096)
@@ -181,7 +174,7 @@ def stems(word: str) -> tuple[str, ...]:
     found = [word]
     if word in IRREGULAR:
         found.append(IRREGULAR[word])
-    for ending, replacements in ENDINGS:
+    for ending, replacements in ENDINGS.items():
         if word.endswith(ending) and len(word) > len(ending) + 2:
             base = word[: -len(ending)]
             found += [base + r for r in replacements]

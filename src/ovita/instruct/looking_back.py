@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import UnionType
 from typing import Literal, TypeAlias
 
 from ovita.instruct import edits as E
@@ -17,7 +18,7 @@ from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, slots
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
-from ovita.instruct.remarks import SENSES, Candidate, Remark, heading
+from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
@@ -116,20 +117,34 @@ class Retrospect:
     @property
     def recalls(self) -> bool:
         """Whether a word speaks of what was done, or it is little more than a comparative."""
-        words = [word for piece in self.said.active for word in piece.text.split()]
+        words, edits = words_in(self.said.active), self.best.edits
+        scaled = "it" in words and any(isinstance(edit, E.Rescale) and edit.factor for edit in edits)
+        known = _some(edits, E.Command | E.Again | E.Flip) or ("without" in words and _some(edits, E.Drop))
+        return scaled or known or not BACKWARD.isdisjoint(words) or self._compares(words)
+
+    def _compares(self, words: Sequence[str]) -> bool:
+        """Whether words are little more than a comparative: "a bit slower"."""
         first = next((piece for piece in self.said.active if piece.text not in DETERMINERS), None)
         short = len(words) <= SHORT and first is not None and first.content
-        compared = short and any(word.endswith("er") or word in ("more", "less") for word in words)
-        scaled = any(isinstance(edit, E.Rescale) and edit.factor for edit in self.best.edits) and "it" in words
-        known = any(isinstance(edit, E.Command | E.Again | E.Flip) for edit in self.best.edits)
-        known = known or ("without" in words and any(isinstance(edit, E.Drop) for edit in self.best.edits))
-        return compared or scaled or known or not BACKWARD.isdisjoint(words)
+        return short and any(word.endswith("er") or word in ("more", "less") for word in words)
+
+
+EXPLAINING = E.Command(command="explain")
+
+
+def _some(edits: Sequence[E.Edit], kinds: type[E.Edit] | UnionType) -> bool:
+    """Whether some edits are of some kinds."""
+    return any(isinstance(edit, kinds) for edit in edits)
+
+
+def _only(edits: Sequence[E.Edit], kind: type[E.Edit]) -> bool:
+    """Whether all edits are of a kind."""
+    return all(isinstance(edit, kind) for edit in edits)
 
 
 def looks_back(it: Retrospect) -> bool:
     """Whether the rules alone take an utterance as feedback rather than as an instruction."""
-    explains = any(isinstance(edit, E.Command) and edit.command == "explain" for edit in it.best.edits)
-    return explains or (it.found and not it.said.elsewhere and (it.recalls or not it.whole))
+    return EXPLAINING in it.best.edits or (it.found and not it.said.elsewhere and (it.recalls or not it.whole))
 
 
 def is_plain(it: Retrospect) -> bool:
@@ -155,7 +170,7 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
 
     A question of what the path is like is none, but one of what was done or why.
     """
-    explains = all(isinstance(edit, E.Command) and edit.command == "explain" for edit in it.best.edits)
+    explains = all(edit == EXPLAINING for edit in it.best.edits)
     if heard.alone.asks and explains and not it.said.cued("explain"):
         return None
     readings = ways(it, heard)
@@ -167,33 +182,35 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
         return heard.edits if _goes_on_there(heard.edits.edits, it.said) else None
     if _earlier(reading.edits, it.said):
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
-    unsure = best == "network" and ((_gives_up(reading.edits) and it.places) or _guesses(reading.edits, it.said))
-    return replace(reading, confidence=min(likely, UNSURE) if unsure else likely)
+    if best == "network" and _is_risky(reading.edits, it):
+        likely = min(likely, UNSURE)
+    return replace(reading, confidence=likely)
+
+
+def _is_risky(edits: Sequence[E.Edit], it: Retrospect) -> bool:
+    """Whether the network's edits guess, or take all back where a place is named."""
+    return (_gives_up(edits) and it.places) or _guesses(edits, it.said)
 
 
 def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether an instruction is about the part of the path that was changed before: "and slower there"."""
-    there = any("there" in piece.text.split() for piece in said.pieces)
     parts = [canonical_part(frame.part) for frame in said.before if frame.part]
-    frames = [edit.frame for edit in edits if isinstance(edit, E.Also)]
-    return there and len(frames) == len(edits) > 0 and all(canonical_part(frame.part) in parts for frame in frames)
+    there = [canonical_part(edit.frame.part) in parts for edit in edits if isinstance(edit, E.Also)]
+    return "there" in words_in(said.pieces) and len(there) == len(edits) > 0 and all(there)
 
 
 def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether more of a speed was read where it is to begin earlier."""
-    words = {word for piece in said.pieces for word in piece.text.split()}
     paced = bool(said.before) and all(isinstance(frame, F.Pace) for frame in said.before)
-    return paced and not words.isdisjoint(("earlier", "sooner")) and any(isinstance(e, E.Rescale) for e in edits)
+    return paced and not {"earlier", "sooner"}.isdisjoint(words_in(said.pieces)) and _some(edits, E.Rescale)
 
 
 def _counts_turns(edits: Sequence[E.Edit]) -> bool:
     """Whether edits are about so many turns, of which the network knows nothing."""
-    numbered = (
-        e.on.startswith("turn ") if isinstance(e, E.Drop) else e.steps > 1
-        for e in edits
-        if isinstance(e, E.Drop | E.Command)
+    return any(
+        edit.on.startswith("turn ") if isinstance(edit, E.Drop) else isinstance(edit, E.Command) and edit.steps > 1
+        for edit in edits
     )
-    return any(numbered)
 
 
 def _gives_up(edits: Sequence[E.Edit]) -> bool:
@@ -211,7 +228,7 @@ def _guesses(edits: Sequence[E.Edit], said: Remark) -> bool:
 
 
 UNSURE = 0.4
-"""How likely the network's edits are held to be at most where they guess, or take all back where a place is named."""
+"""How likely risky edits of the network are held to be at most."""
 
 PLACED = frozenset("start goal first last middle before after between near".split())
 """Concepts of places on the path."""
@@ -224,16 +241,21 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     found: dict[str, F.Reading | None] = {"instruction": None}
     if it.best.question or not (_idle(it.best.edits, it.said.before) or _anew(it, heard)):
         found["rules"] = it.reading
-    mere = all(isinstance(edit, E.Also) for edit in heard.edits.edits) and not it.said.adds
-    against = _turns_round(it.best.edits, heard.edits.edits) or _leaves_an_amount(heard.edits.edits, it.said)
-    if not (mere or against or heard.edits.question or _agree(it, heard) or _idle(heard.edits.edits, it.said.before)):
+    if not (heard.edits.question or _is_odd(it, heard.edits.edits) or _agree(it, heard)):
         found["network"] = heard.edits
     return found
 
 
+def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
+    """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
+    mere = _only(edits, E.Also) and not it.said.adds
+    against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said)
+    return mere or against or _idle(edits, it.said.before)
+
+
 def _anew(it: Retrospect, heard: Hearing) -> bool:
     """Whether a whole instruction that looks back at nothing only sets a number: "go left by 5 cm" after "up"."""
-    sets = it.whole and not it.recalls and all(isinstance(edit, E.Set) for edit in it.best.edits)
+    sets = it.whole and not it.recalls and _only(it.best.edits, E.Set)
     return sets and not (_agree(it, heard) and heard.edits.confidence > heard.alone.confidence)
 
 
@@ -252,24 +274,31 @@ def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether a step back leaves out how far: "go back by 0.1"."""
     numbers = [p.number for p in said.pieces if p.number]
     told = any(q.unit not in ("", "step") or q.value % 1.0 for q in numbers)
-    return told and all(isinstance(edit, E.Command) for edit in edits)
+    return told and _only(edits, E.Command)
 
 
 def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:
     """Whether edits change nothing: a number for a slot that takes none of its unit."""
-    sure = _counts_turns(edits) or any(isinstance(edit, E.Command | E.Again | E.Rescale) for edit in edits)
+    sure = _counts_turns(edits) or _some(edits, E.Command | E.Again | E.Rescale)
     return not sure and apply(edits, before, Scene()) == before
 
 
 def _agree(it: Retrospect, heard: Hearing) -> bool:
     """Whether the feedback of the rules and of the network comes to the same, but for numbers, which the rules read."""
-    both = (it.best.edits, heard.edits.edits)
-    slots = [[edit.slot if isinstance(edit, E.Set) else "" for edit in edits] for edits in both]
-    commands = [[edit for edit in edits if isinstance(edit, E.Command)] for edits in both]
-    if not all(both) or commands[0] != commands[1]:
+    one, other = it.best.edits, heard.edits.edits
+    if not (one and other) or _commands(one) != _commands(other):
         return False
-    alike = slots[0] == slots[1] and all(slots[0])
-    return alike or same(*(apply(edits, it.said.before, Scene()) for edits in both))
+    alike = _only(one, E.Set) and _slots_set(one) == _slots_set(other)
+    return alike or same(*(apply(edits, it.said.before, Scene()) for edits in (one, other)))
+
+
+def _commands(edits: Sequence[E.Edit]) -> list[E.Edit]:
+    return [edit for edit in edits if isinstance(edit, E.Command)]
+
+
+def _slots_set(edits: Sequence[E.Edit]) -> list[str]:
+    """The slot that each edit sets; "" for other edits."""
+    return [edit.slot if isinstance(edit, E.Set) else "" for edit in edits]
 
 
 def _odds(likely: float) -> float:

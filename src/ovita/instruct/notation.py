@@ -141,14 +141,20 @@ _UNITS: dict[str, Unit] = {"%": "share", "x": "share", "m": "m", "s": "s"}
 
 def where_of(part: PathPart) -> Where:
     """A part of the path as people tell it."""
-    kind, places = part.kind, part.places or tuple(inner.places[0] for inner in part.parts if inner.places)
-    if len(places) == 1 and isinstance(places[0], dict):
-        places = tuple(places[0]["between"])
+    kind = part.kind
     unit = "m" if kind in ("near", "beyond") else {"share": "%"}.get(part.unit, part.unit)
     first = 1 if kind == "range" and unit == "waypoints" else 0
     begin = part.amount or (0.0 if kind == "range" else None)
     amount, until = (None if v is None else F.Quantity(v + first, unit) for v in (begin, part.until))
-    return Where(_kind(part), places, amount, until, part.direction)
+    return Where(_kind(part), _places_told(part), amount, until, part.direction)
+
+
+def _places_told(part: PathPart) -> tuple[Any, ...]:
+    """The places of a part, or the first of each of several parts; a place between two is these two."""
+    places = part.places or tuple(inner.places[0] for inner in part.parts if inner.places)
+    if len(places) == 1 and isinstance(places[0], dict):
+        return tuple(places[0]["between"])
+    return places
 
 
 def _kind(part: PathPart) -> str:
@@ -169,8 +175,7 @@ def part_told(where: Where) -> PathPart:
     kind, places, amount = where.kind, where.places, where.amount.value if where.amount else None
     match kind:
         case "near":
-            nearby = tuple(PathPart(kind, (place,), amount) for place in places)
-            return nearby[0] if len(nearby) == 1 else PathPart("either", parts=nearby)
+            return any_of([PathPart(kind, (place,), amount) for place in places])
         case "between":
             return PathPart(kind, places[:2])
         case "after" | "before":
@@ -182,6 +187,11 @@ def part_told(where: Where) -> PathPart:
         case "beyond":
             return PathPart(kind, amount=amount or 0.0, direction=where.direction)
     return _stretch(where)
+
+
+def any_of(parts: Sequence[PathPart]) -> PathPart:
+    """What belongs to any of some parts."""
+    return parts[0] if len(parts) == 1 else PathPart("either", parts=tuple(parts))
 
 
 def _stretch(where: Where) -> PathPart:
@@ -514,7 +524,6 @@ def _where_shown(where: Where) -> str:
 
 
 def _edit_shown(edit: E.Edit) -> str:
-    said: list[str] = []
     match edit:
         case E.Also(frame=frame):
             return f"also {_frame_shown(frame)}"
@@ -522,13 +531,19 @@ def _edit_shown(edit: E.Edit) -> str:
             return command if steps == 1 else f"{command} {steps}"
         case E.Drop(on=what):
             return f"drop {what}".rstrip()
-        case E.Rescale(change=change, factor=factor, degree=degree):
-            said = [change if factor is None else f"{factor:.6g}x", f"deg={degree}" if degree else ""]
-        case E.Set(slot=slot, quantity=q, step=step):
-            said = [f"{_KEYS.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}"]
-        case E.Replace(direction=direction, objects=names, end=end):
-            said = [direction or end or f"obj={_joined(names)}"]
-        case E.Restrict(part=part) | E.Except(part=part):
-            said = list(_parts_shown(part))
     on = f"on={edit.on}" if edit.on else ""
-    return " ".join(filter(None, (edit.NAME, *said, on)))
+    return " ".join(filter(None, (edit.NAME, *_change_shown(edit), on)))
+
+
+def _change_shown(edit: E.Edit) -> Sequence[str]:
+    """What an edit asks for of the frame that it is about."""
+    match edit:
+        case E.Rescale(change=change, factor=factor, degree=degree):
+            return change if factor is None else f"{factor:.6g}x", f"deg={degree}" if degree else ""
+        case E.Set(slot=slot, quantity=q, step=step):
+            return (f"{_KEYS.get(slot, slot)}={ {1: '+', -1: '-', 0: ''}[step] }{_number(q).lstrip('+-')}",)
+        case E.Replace(direction=direction, objects=names, end=end):
+            return (direction or end or f"obj={_joined(names)}",)
+        case E.Restrict(part=part) | E.Except(part=part):
+            return tuple(_parts_shown(part))
+    return ()

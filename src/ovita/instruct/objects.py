@@ -152,9 +152,8 @@ class Catalog:
         self.words = {item.name: name_words(item) for item in scene}
         self.heads: dict[str, list[SceneObject]] = {}
         for item in scene:
-            words = self.words[item.name]
-            if 0 < len(words) <= NAMED:
-                self.heads.setdefault(words[-1], []).append(item)
+            if 0 < len(self.words[item.name]) <= NAMED:
+                self.heads.setdefault(self.words[item.name][-1], []).append(item)
         self.names = self._all_names()
         self.longest = max((len(name) for name in self.names), default=0)
         self.traits = traits(scene, self.words)
@@ -254,7 +253,11 @@ class Catalog:
 
     def is_noun(self, word: str) -> bool:
         """Whether a word, in the singular or the plural, means objects of some kind."""
-        return singular(word) in GENERIC or singular(word) in self.heads
+        return self.of_kind(singular(word)) is not None
+
+    def of_kind(self, noun: str) -> Sequence[SceneObject] | None:
+        """The objects of the kind that a noun means; None where it means none."""
+        return self.things if noun in GENERIC else self.heads.get(noun)
 
     def fits(self, item: SceneObject, trait: str) -> bool:
         """Whether a word describes an object, by its name or by the scene's description."""
@@ -346,7 +349,7 @@ class _Phrase:
         self.traits: list[str] = []
 
     def word(self) -> str:
-        return self.words[self.at] if self.at < len(self.words) else ""
+        return "".join(self.words[self.at : self.at + 1])
 
     def skip(self) -> None:
         while self.word() in SKIPPED:
@@ -359,9 +362,8 @@ class _Phrase:
         self.skip()
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
-        told = self._told()
-        of_kind = self.catalog.things if noun in GENERIC else self.catalog.heads.get(noun, ())
-        if (noun not in GENERIC and not of_kind) or (noun == "one" and not told):
+        of_kind = self.catalog.of_kind(noun)
+        if of_kind is None or (noun == "one" and not self._told()):
             return None
         self.at += 1
         self._behind()
@@ -417,7 +419,7 @@ class _Phrase:
             self.at += 1
 
     def _peek(self) -> str:
-        return self.words[self.at + 1] if self.at + 1 < len(self.words) else ""
+        return "".join(self.words[self.at + 1 : self.at + 2])
 
     def _is_noun_here(self) -> bool:
         """Whether the word at hand is the noun itself: a head with no further noun behind it."""

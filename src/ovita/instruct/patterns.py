@@ -11,8 +11,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, cast
 
-from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, merged, numbers
+from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
 from ovita.instruct.frames import Quantity, Role
+from ovita.instruct.notation import any_of
 from ovita.instruct.numerals import unit_at
 from ovita.paths.part import PathPart, outside
 
@@ -74,7 +75,7 @@ def _along(kind: str) -> Build:
         elif target.kind in FRACTION:
             value, unit = FRACTION[target.kind], "share"
         else:
-            q = target.q or Quantity(0.0)
+            q = target.number
             value, unit = q.value, {"%": "share", "m": "m", "s": "s"}.get(q.unit, "waypoints")
         if kind == "after":
             return part(found, PathPart("range", amount=value, unit=unit))
@@ -133,8 +134,8 @@ def _objects(found: Sequence[Chunk]) -> Chunk:
 
 
 def _between(found: Sequence[Chunk]) -> Chunk | None:
-    names = tuple(dict.fromkeys(n for c in found for n in c.names))
-    return merged(found, "pair", names=names[:2]) if len(names) == 2 else None
+    pair = merged(found, "pair")
+    return pair if len(pair.names) == 2 else None
 
 
 def _to_or_from_end(found: Sequence[Chunk]) -> Chunk | None:
@@ -174,7 +175,7 @@ def _other_side(found: Sequence[Chunk]) -> list[Chunk]:
 def _bounding(found: Sequence[Chunk]) -> str:
     """Whether "over", "not slower than" and the like are a least or a greatest value."""
     least = next(how for c in found if (how := BOUNDING.get(c.kind))) == "at_least"
-    return "at_least" if least is not any(c.kind == "never" for c in found) else "at_most"
+    return "at_least" if least is not ("never" in kinds(found)) else "at_most"
 
 
 def _bounded(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
@@ -188,8 +189,12 @@ def _high(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
 
 def _gap(found: Sequence[Chunk]) -> Chunk | list[Chunk] | None:
     """A distance to an object that never falls below a length."""
-    low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
-    return _distance("at_least" if low is any(c.kind == "never" for c in found) else "at_most")(found)
+    low = not LOW.isdisjoint(kinds(found))
+    return _distance("at_least" if low is ("never" in kinds(found)) else "at_most")(found)
+
+
+LOW = frozenset(("under", "down", "lower", "at_most"))
+"""Words that make what they stand before a greatest value."""
 
 
 def _law(found: Sequence[Chunk]) -> list[Chunk] | None:
@@ -212,19 +217,16 @@ def _height(role: str) -> Build:
 
 
 def _signed(found: Sequence[Chunk]) -> Chunk:
-    chunk = found[-1]
-    q = chunk.q or Quantity(0.0)
-    sign = found[-2].kind
+    chunk, sign = found[-1], found[-2].kind
+    q = chunk.number
     value = -q.value if (sign, chunk.kind) == ("minus", "Qa") else q.value  # of a length `value` tells the sign
     return merged(found, chunk.kind, q=replace(q, value=value, said=""), value=sign)
 
 
 def _label(label: str, factor: float = 1.0) -> Build:
     def build(found: Sequence[Chunk]) -> Chunk:
-        chunk = next(c for c in found if c.q is not None)
-        q = chunk.q or Quantity(0.0)
-        q = Quantity(q.value * factor, q.unit, "by", q.said if factor == 1.0 else "")
-        return merged(found, label, q=q)
+        q = numbers(found)[0]
+        return merged(found, label, q=Quantity(q.value * factor, q.unit, "by", q.said if factor == 1.0 else ""))
 
     return build
 
@@ -251,7 +253,7 @@ def _left_on(found: Sequence[Chunk]) -> list[Chunk]:
 
 def _flip(found: Sequence[Chunk]) -> Chunk:
     last = found[-1]
-    said = {c.kind for c in found} | {found[0].text.lower()}
+    said = {*kinds(found), found[0].text.lower()}
     sure = last.kind in ("touch", "closer") or not said.isdisjoint("too so as less dec pass without".split())
     return merged(found, FLIPPED.get(last.kind, last.kind), value="flipped" if sure else "denied")
 
@@ -260,17 +262,14 @@ def _except(found: Sequence[Chunk]) -> Chunk | None:
     """Everywhere but in a part, near an object or at an end."""
     inner = [c for c in found[1:] if c.kind in ("part", "obj", "end", "pair", "point")]
     parts = [p for c in inner if (p := as_part(c, any_preposition=True)) is not None]
-    if not parts:
-        return None
-    whole = parts[0] if len(parts) == 1 else PathPart("either", parts=tuple(parts))
-    return part(found, outside(whole))
+    return part(found, outside(any_of(parts))) if parts else None
 
 
 def _beyond(found: Sequence[Chunk]) -> Chunk:
     q = numbers(found)[0]
-    low = any(c.kind in ("under", "down", "lower", "at_most") for c in found)
-    if any(c.kind in ("at_least", "at_most") for c in found):
-        low = q.role == "at_most" or next(c.kind for c in found if c.kind in ("at_least", "at_most")) == "at_most"
+    low = not LOW.isdisjoint(kinds(found))
+    if bounds := [kind for kind in kinds(found) if kind in ("at_least", "at_most")]:
+        low = "at_most" in (q.role, bounds[0])
     return part(found, PathPart("beyond", amount=-q.value if low else q.value, direction="down" if low else "up"))
 
 
@@ -279,9 +278,7 @@ def _axis(found: Sequence[Chunk]) -> Chunk | None:
     axis = found[0].text.lower()
     if axis == "axis":
         return None
-    length = found[-1]
-    q = length.q or Quantity(0.0)
-    minus = length.value == "minus"
+    q, minus = found[-1].number, found[-1].value == "minus"
     return merged(found, "axis_by", q=Quantity(q.value, "m", "by", q.said), value="-" * minus + axis)
 
 
@@ -290,8 +287,7 @@ def _along_axis(found: Sequence[Chunk]) -> Chunk | None:
     axis, length = (next(c for c in found if c.kind in kinds) for kinds in (("axis",), ("Qm", "Qn")))
     if length.kind == "Qn" and "." not in length.text:
         return None
-    against = any(c.kind == "minus" for c in found)
-    made = _axis([axis, replace(length, value="minus") if against else length])
+    made = _axis([axis, replace(length, value="minus") if "minus" in kinds(found) else length])
     return made and replace(made, span=merged(found, "").span)
 
 
@@ -346,7 +342,7 @@ def _height_of(found: Sequence[Chunk]) -> Chunk:
     """A height measured by a thing: as high as it, at least, or so much lower than it."""
     q = next((c.q for c in found if c.q is not None), Quantity(0.0, "m", "to"))
     how = next((HOW[c.kind] for c in found if c.kind in HOW), "")
-    if any(c.kind == "never" for c in found):
+    if "never" in kinds(found):
         return merged(found, "Hof", q=replace(q, role="at_least" if how == "at_most" else "at_most"))
     return merged(found, "Hof", q=_measured(found, how, q.value))
 
@@ -410,8 +406,7 @@ NEARBY = frozenset({"at", "by", "on", "in", "near", "around", "along", "pass", "
 
 
 def _either(names: tuple[str, ...], radius: float | None) -> PathPart:
-    parts = tuple(PathPart("near", (name,), radius) for name in names)
-    return parts[0] if len(parts) == 1 else PathPart("either", parts=parts)
+    return any_of([PathPart("near", (name,), radius) for name in names])
 
 
 PATTERNS: tuple[tuple[str, Build], ...] = (

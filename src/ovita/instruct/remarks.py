@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, TypeAlias
@@ -37,15 +37,8 @@ SMALL = frozenset(
 GAPS = SKIPPED | {"all", "back", "right"}
 
 SHORT = (
-    ("’", "'"),
-    ("n't", " not"),
-    ("'s ", " is "),
-    ("'ll", " "),
-    ("'d ", " "),
-    ("'re", " "),
-    ("'ve", " "),
-    ("'m ", " "),
-)
+    ("’", "'"), ("n't", " not"), ("'s ", " is "), ("'ll", " "), ("'d ", " "), ("'re", " "), ("'ve", " "), ("'m ", " "),
+)  # fmt: skip
 ADJECTIVES = {
     **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"),
     **dict.fromkeys("slow slowly".split(), "slower"),
@@ -125,9 +118,24 @@ class Phrase:
         return self.content and not polite and self.text not in IDLE
 
     @property
+    def acts(self) -> bool:
+        """Whether it asks for a change, or says how much or to what."""
+        return bool(self.cues & ACTING or self.number or (self.items and not self.cues))
+
+    @property
     def unknown(self) -> bool:
         """Whether it is a word that nothing knows."""
         return not self.content and self.text[0].isalpha() and self.text not in _small()
+
+
+def cues_in(pieces: Iterable[Phrase]) -> set[str]:
+    """The cues of some pieces."""
+    return {cue for piece in pieces for cue in piece.cues}
+
+
+def words_in(pieces: Iterable[Phrase]) -> list[str]:
+    """The words of some pieces, in order."""
+    return [word for piece in pieces for word in piece.text.split()]
 
 
 @cache
@@ -228,13 +236,18 @@ def _number_at(words: Sequence[str], i: int, least: int, cued: int) -> _Read | N
 def _sense_at(phrase: Sequence[str], cued: tuple[frozenset[str], int], concept: str) -> _Read:
     """The cues of feedback, with how many words they take, or the concept of a phrase, whichever is longer."""
     (cues, used), length, same = cued, len(phrase), _same(concept, phrase)
-    compared = concept in ("at_least", "at_most") and phrase[0] in ("more", "less", "fewer")
-    told = "" if compared or concept in ("plain", "join") else concept
+    told = "" if _says_nothing(concept, phrase) else concept
     if length >= used and same:
         return {"cues": cues | same, "concept": told}, length
     if used and (used >= length or not told):
         return {"cues": cues, "concept": told if used == length else ""}, used
     return {"concept": told} if told else {}, max(length, 1)
+
+
+def _says_nothing(concept: str, phrase: Sequence[str]) -> bool:
+    """Whether the concept of a phrase asks for nothing in feedback: "more than" and "less than" compare."""
+    compares = concept in ("at_least", "at_most") and phrase[0] in ("more", "less", "fewer")
+    return compares or concept in ("plain", "join")
 
 
 def _same(concept: str, words: Sequence[str]) -> frozenset[str]:
@@ -267,12 +280,17 @@ def _amount(words: Sequence[str], i: int) -> tuple[F.Quantity, int] | None:
         return None
     unit, used, value = amount.unit, amount.used, abs(amount.value)
     said = words[i : i + used]
-    plain = is_digits(words[i]) and "/" not in said and used <= 2
     factor = "x" in (*words[max(i - 1, 0) : i], *words[i + used : i + used + 1])
     if factor and not unit:
         return F.Quantity(value, "x"), used
     unit = "x" if not unit and "/" in said else unit
-    return F.Quantity(value, unit, said=f"{words[i]}{symbol(' '.join(said[1:]))}" if plain else ""), used
+    return F.Quantity(value, unit, said=_as_written(said)), used
+
+
+def _as_written(said: Sequence[str]) -> str:
+    """A number in digits with its unit, as it was written; "" for other amounts."""
+    plain = is_digits(said[0]) and "/" not in said and len(said) <= 2
+    return f"{said[0]}{symbol(' '.join(said[1:]))}" if plain else ""
 
 
 def _counts(behind: Sequence[str]) -> bool:
@@ -308,8 +326,7 @@ class Remark:
         """The clauses that only say what is right: "the lift is fine"."""
         clauses = {p.clause for p in self.pieces if p.content}
         good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"}}
-        busy = {p.clause for p in self.pieces if p.cues & ACTING or p.number or (p.items and not p.cues)}
-        left = good - busy
+        left = good - {p.clause for p in self.pieces if p.acts}
         return frozenset(left) if clauses - left else frozenset()
 
     @cached_property
@@ -375,7 +392,7 @@ class Remark:
         """Whether a "not" stands right before a piece."""
         i = self.active.index(piece)
         near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
-        return any("not" in p.text.split() for p in near)
+        return "not" in words_in(near)
 
     def judged(self, piece: Phrase) -> bool:
         """Whether "too" or "not so" stands right before an adjective: "too far"."""
@@ -448,8 +465,7 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
         case F.Pace(change="set" | "cap", amount=F.Quantity(unit="s")):
             found |= {"longer", "slower"}
         case F.Pace():
-            slower = frame.change in ("slower", "rampdown", "turns") if frame.factor is None else frame.factor < 1
-            found.add("slower" if slower else "faster")
+            found.add("slower" if _slows(frame) else "faster")
         case F.Approach(sense=sense):
             found.add(sense)
         case F.Clearance(distance=F.Quantity(role="at_most")) | F.MoveEnd(relation="toward"):
@@ -461,6 +477,11 @@ def senses_of(frame: F.SemanticFrame) -> set[str]:
         case F.Curve(change=change):
             found.add("bent" if change == "more" else "straight")
     return found | _GROWING.get(type(frame), set()) - ({"larger"} if "smaller" in found else set())
+
+
+def _slows(pace: F.Pace) -> bool:
+    """Whether a pace slows down, rather than speeds up."""
+    return pace.change in ("slower", "rampdown", "turns") if pace.factor is None else pace.factor < 1
 
 
 _GROWING: dict[type[F.SemanticFrame], set[str]] = {

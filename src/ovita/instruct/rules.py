@@ -11,13 +11,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import COMPARED, DOING, SIDEWAYS, Build, Chunk, chunks, spoken
+from ovita.instruct.chunks import COMPARED, DOING, SIDEWAYS, Build, Chunk, chunks, kinds, spoken
 from ovita.instruct.degrees import extent_of
-from ovita.instruct.fillers import CONTENT, FREE, LIMITING, MILD, Constituents, parts
+from ovita.instruct.fillers import FREE, LIMITING, Constituents, parts, weight
 from ovita.instruct.frames import Quantity
 from ovita.instruct.numerals import bare_unit
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
@@ -108,15 +108,15 @@ def _preposition_of_past(before: Sequence[Chunk]) -> str:
 
     "Hurry past it" and "half speed past it" are by it, "left past it" a side on which to pass it; any other "past it" is what comes after it.
     """
-    if any(c.kind in ("faster", "slower", "creep", "speed", "Qv", "pass") for c in before[-2:]):
+    if not {"faster", "slower", "creep", "speed", "Qv", "pass"}.isdisjoint(kinds(before[-2:])):
         return "by"
     sided = bool(before) and before[-1].kind in ("left", "right")
-    return "pass" if sided and all(c.kind != "path" for c in before) else "after"
+    return "pass" if sided and "path" not in kinds(before) else "after"
 
 
 def _counted_unit(before: Sequence[Chunk], behind: Sequence[Chunk]) -> str:
     """The class of a bare number by what stands before and behind it."""
-    early, late = (" ".join(["", *(c.kind for c in part), ""]) for part in (before, behind))
+    early, late = (" ".join(["", *kinds(part), ""]) for part in (before, behind))
     return next((kind for kind, b, a in COUNTED_UNITS if b.match(early) and a.match(late.lstrip())), "Qn")
 
 
@@ -203,6 +203,11 @@ class Stretch:
     opening: str
     words: frozenset[str] = frozenset()
     first: str = ""
+
+    @cached_property
+    def kinds(self) -> frozenset[str]:
+        """The classes of its constituents."""
+        return frozenset(kinds(self.items))
 
 
 @dataclass(frozen=True)
@@ -296,7 +301,7 @@ def _with_pauses(found: Sequence[Chunk]) -> list[Chunk]:
 def _begins(chunk: Chunk, ahead: Sequence[Chunk]) -> bool:
     """Whether a chunk begins something new: "keeping the speed", "at a constant speed"."""
     if chunk.kind in ("at", "with"):
-        return not {"constant", "speed", "Qv"}.isdisjoint(c.kind for c in ahead)
+        return not {"constant", "speed", "Qv"}.isdisjoint(kinds(ahead))
     return _first(chunk).endswith("ing") and chunk.kind in PARTICIPLES
 
 
@@ -362,22 +367,22 @@ def _joint(span: Sequence[Stretch]) -> float:
     """What it costs to take several pieces as one clause."""
     if len(span) == 1:
         return 0.0
-    asks = not {c.kind for c in span[0].items} <= PLACING | FREE
+    asks = not span[0].kinds <= PLACING | FREE
     verbs = sum(asks and piece.first in VERBS for piece in span[1:])
     return JOINT * (len(span) - 1) + VERB * (verbs + _apart(span))
 
 
 def _apart(span: Sequence[Stretch]) -> bool:
     """Whether several pieces are several wishes: of two places, of their own things, or each complete."""
-    places = sum(any(c.kind in PLACING or c.kind == "turns" for c in p.items) for p in span)
+    places = sum(not piece.kinds.isdisjoint(PLACING | {"turns"}) for piece in span)
     own = any(map(_names_its_own, span[1:])) or any(map(_is_a_limit, span))
-    again = frozenset.intersection(*(frozenset(c.kind for c in p.items) for p in span)) & COMPARED
+    again = COMPARED.intersection(*(piece.kinds for piece in span))
     return places > 1 or own or (not again and all(map(_complete, span)))
 
 
 def _complete(piece: Stretch) -> bool:
     """Whether a piece says by itself all that it is about; "and left by 3 cm" goes on with what was said."""
-    if piece.first in WHEN or (piece.first not in VERBS and {c.kind for c in piece.items} <= BARE):
+    if piece.first in WHEN or (piece.first not in VERBS and piece.kinds <= BARE):
         return False
     clause = _clause(piece.items, [piece])
     return clause.match is not None and not (clause.match.unread or clause.match.missing)
@@ -385,10 +390,10 @@ def _complete(piece: Stretch) -> bool:
 
 def _clause(items: tuple[Chunk, ...], span: Sequence[Stretch]) -> ReadClause:
     """The best reading of a clause, or that nothing reads it."""
-    kinds = frozenset(c.kind for c in items)
-    found = [] if _tells(span[0]) else [m for row in ROWS if (m := match(row, items, kinds)) is not None]
+    said = frozenset(kinds(items))
+    found = [] if _tells(span[0]) else [m for row in ROWS if (m := match(row, items, said)) is not None]
     best = min(found, key=lambda m: m.cost, default=None)
-    nothing = sum(_weight(c) for c in items)
+    nothing = sum(map(weight, items))
     cost = nothing if best is None else best.cost
     if best is not None and sum(map(_placed_by_itself, span)) > 1:
         cost += nothing  # "left at the start and right at the end" is said of two places
@@ -416,13 +421,12 @@ SUFFERED = frozenset("faster slower closer shake wave".split())
 
 def _is_a_limit(piece: Stretch) -> bool:
     """Whether a piece is a bound on the height, and not where something else is to be: "never above 30 cm"."""
-    return [c.kind for c in piece.items] == ["Hq"] and not LIMITING.isdisjoint(piece.words)
+    return kinds(piece.items) == ["Hq"] and not LIMITING.isdisjoint(piece.words)
 
 
 def _names_its_own(piece: Stretch) -> bool:
     """Whether a piece first says of what, or where: "and near the cup raise it", "and the goal up by 5 cm"."""
-    first = piece.items[0]
-    said = {c.kind for c in piece.items}
+    first, said = piece.items[0], piece.kinds
     about = bool(said & {"whole", "rest"}) and said.isdisjoint(PLACING | {"obj"})
     opens = about or _places(piece.items) or (first.kind == "end" and not first.value[1])
     return opens and not said.isdisjoint(DOING | SIDEWAYS)
@@ -431,7 +435,7 @@ def _names_its_own(piece: Stretch) -> bool:
 def _placed_by_itself(piece: Stretch) -> bool:
     """Whether a piece says both what is to be done and where."""
     where = [c for c in piece.items if c.kind in PLACING or (c.kind in ("end", "obj") and c.value in WHERE)]
-    return bool(where) and any(c.kind in DOING for c in piece.items)
+    return bool(where) and not piece.kinds.isdisjoint(DOING)
 
 
 WHEN = frozenset("if when where while whenever wherever once as".split())
@@ -451,10 +455,6 @@ WHERE = (*NEARBY, *((end, by) for end in ("start", "goal") for by in NEARBY))
 """Prepositions with which an object or an end says where."""
 
 
-def _weight(item: Chunk) -> float:
-    return 0.0 if item.kind in FREE else MILD.get(item.kind, CONTENT)
-
-
 class _ClauseReader:
     """Reads clauses one after the other; what one leaves open is taken from those before it."""
 
@@ -469,15 +469,13 @@ class _ClauseReader:
 
     def take(self, clause: ReadClause) -> None:
         """Read a clause."""
-        left = clause.match.unread if clause.match else clause.items
-        words = [c.text for c in left if c.kind not in FREE and c.kind != "threshold"]
-        choice = next((c for c in clause.items if c.kind == "CHOICE"), None)
-        if choice is not None:
+        if choice := next((c for c in clause.items if c.kind == "CHOICE"), None):
             self.question, self.asked = _which(choice), choice.names
         if only := _only(clause, self.made):
             self.made[-1] = replace(self.made[-1], part=only)
             return
-        self.unread += words
+        left = clause.match.unread if clause.match else clause.items
+        self.unread += [c.text for c in left if c.kind not in FREE | {"threshold"}]
         if clause.match is not None:
             self.fill(clause, clause.match)
 
@@ -511,11 +509,7 @@ def _reading(clauses: Sequence[ReadClause], notes: tuple[str, ...], earlier: Seq
 
 
 def _after(
-    frame: F.SemanticFrame,
-    clause: ReadClause,
-    before: ReadClause | None,
-    made: Sequence[F.SemanticFrame],
-    led: bool,
+    frame: F.SemanticFrame, clause: ReadClause, before: ReadClause | None, made: Sequence[F.SemanticFrame], led: bool
 ) -> F.SemanticFrame:
     """A frame with what its clause takes from the one before: its part of the path, its end, or where it waits."""
     if before is None or not made:
@@ -524,14 +518,14 @@ def _after(
         frame = shared(made, frame)
     if clause.opening == "and" and "it" in clause.words:
         frame = of_the_end(made[-1], frame)
-    then = not frame.part and (goes_on(clause.words) or any(c.kind == "onward" for c in clause.items))
+    then = not frame.part and (goes_on(clause.words) or "onward" in kinds(clause.items))
     return afterwards(made[-1], frame) if then else frame
 
 
 def _only(clause: ReadClause, made: Sequence[F.SemanticFrame]) -> PathPart:
     """The part to which a clause confines what was asked for before it: "only between the cup and the box"."""
-    kinds = {c.kind for c in clause.items}
-    if "only" not in kinds or not made or made[-1].part or not kinds <= PLACING | FREE | {"obj", "only", "end"}:
+    said = {*kinds(clause.items)}
+    if "only" not in said or not made or made[-1].part or not said <= PLACING | FREE | {"obj", "only", "end"}:
         return WHOLE
     return parts(Constituents(clause.items))
 
@@ -545,7 +539,7 @@ def _which(choice: Chunk) -> str:
 
 def _is_led(clause: ReadClause, lead: ReadClause) -> bool:
     """Whether a clause is about the part that an earlier one opened with: "near the cup: slower, and higher"."""
-    if any(c.kind == "whole" for c in clause.items) or not ALONG.isdisjoint(clause.words):
+    if "whole" in kinds(clause.items) or not ALONG.isdisjoint(clause.words):
         return False
     return clause.opening == "and" or (clause.opening == "comma" and ":" in lead.words)
 

@@ -190,9 +190,9 @@ def _marked(
 def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
     if mention.unclear:
         return UNCLEAR
+    if len(mention.items) > 1:
+        return GROUP
     if mention.items:
-        if len(mention.items) > 1:
-            return GROUP
         return letters.setdefault(mention.items[0], LETTERS[min(len(letters), len(LETTERS) - 1)])
     return word if mention.weak else UNITS[mention.unit]
 
@@ -224,11 +224,13 @@ def _before(words: Sequence[str], i: int) -> str:
 def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
     """The one object that has a word in its name, or begins or ends with it: "the oak" for the oak board."""
     word, before = words[i], _before(words, i)
+    if len(word) < 3 or (is_filler(word) and before not in NAMING):
+        return None
     determined = before in DETERMINERS and (word,) not in terms()
     forms = {word, word.removesuffix("s") if len(word) > 4 else word}
-    fitting = [name for name, parts in catalog.words.items() if forms.intersection(parts)]
+    fitting = [name for name, parts in catalog.words.items() if not forms.isdisjoint(parts)]
     fitting = fitting or (_compounds(word, catalog) if determined else [])
-    if len(fitting) != 1 or len(word) < 3 or (is_filler(word) and before not in NAMING):
+    if len(fitting) != 1:
         return None
     is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
     return Referent(None, (fitting[0],)) if is_head or determined or not concept_at((word,), 0)[0] else None

@@ -202,10 +202,7 @@ def _edit_atom(edit: E.Edit) -> Atom:
             amounts = {} if factor is None else {"amount": F.Quantity(factor, "x", said=f"{factor:g}x")}
             return Atom(labels | {"choice": change, "degree": degree or ""}, amounts)
         case E.Set(slot=slot, quantity=quantity, step=step):
-            way = {"choice": "direction", "direction": slot} if slot in DIRECTIONS else {"choice": slot}
-            if way["choice"] not in CHOICES["set"]:
-                raise Unfit(f"set {slot}")
-            return Atom(labels | way | {"step": str(step)}, {"amount": quantity})
+            return Atom(labels | _slot_labels(slot) | {"step": str(step)}, {"amount": quantity})
         case E.Replace(direction=direction, objects=objects, end=end):
             choice = "direction" if direction else "end" if end else "objects"
             return Atom(labels | {"choice": choice, "direction": direction or "", "spot": end}, objects=objects)
@@ -215,6 +212,15 @@ def _edit_atom(edit: E.Edit) -> Atom:
         case E.Command(command=command, steps=steps):
             return Atom(labels | {"action": command}, {"amount": F.Quantity(float(steps))} if steps > 1 else {})
     return Atom(labels)
+
+
+def _slot_labels(slot: str) -> dict[str, str]:
+    """What heads say of the slot that an edit sets."""
+    if slot in DIRECTIONS:
+        return {"choice": "direction", "direction": slot}
+    if slot not in CHOICES["set"]:
+        raise Unfit(f"set {slot}")
+    return {"choice": slot}
 
 
 def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) -> tuple[F.SemanticFrame | E.Edit, ...]:
@@ -343,10 +349,10 @@ def part_of(atom: Atom) -> PathPart:
         return WHOLE
     places = _places_of(atom, kind, place)
     amount, until = _begun(atom, kind), atom.amounts.get("until")
-    if (kind in ("range", "from") and amount is None) or (kind in ("range", "upto") and until is None):
+    begins, ends = kind in ("range", "from"), kind in ("range", "upto")
+    if (begins and amount is None) or (ends and until is None):
         raise Unfit("a range without its ends")
-    end = until if kind in ("range", "upto") else None
-    part = part_told(Where(kind, places, amount, end, atom.label("toward") or "up"))
+    part = part_told(Where(kind, places, amount, until if ends else None, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
 
 
@@ -432,9 +438,7 @@ _SAID: dict[str, Callable[[Atom, Previous], dict[str, Any]]] = {
 
 def _inherited(amount: F.Quantity, previous: Sequence[F.SemanticFrame], slot: str) -> F.Quantity:
     """A bare number with the unit that the turn before it used: "make it 20" after "10cm" is 20 cm."""
-    if amount.unit or slot in ("turns", "waves"):
-        return amount
     known = [q for frame in reversed(previous) for q in [frame.quantities.get(slot), *frame.quantities.values()] if q]
-    if not known:
+    if amount.unit or slot in ("turns", "waves") or not known:
         return amount
     return replace(amount, value=amount.value * scale_of(known[0]), unit=known[0].unit)

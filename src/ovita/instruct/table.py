@@ -12,9 +12,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.fillers import (
     CLEAR,
-    CONTENT,
     FREE,
-    MILD,
     SLOTTED,
     Constituents,
     Filler,
@@ -39,6 +37,7 @@ from ovita.instruct.fillers import (
     speed_amount,
     turns,
     waypoints,
+    weight,
 )
 from ovita.instruct.patterns import QUANTITIES
 from ovita.paths.part import WHOLE, PathPart
@@ -137,6 +136,18 @@ def _needed(call: str) -> tuple[frozenset[str], ...]:
 
 def _filled(row: Row, clause: Constituents) -> Match | None:
     """A row with its slots filled from a clause; None where they do not go together."""
+    slots = _slots(row, clause)
+    checked = slots if row.check is None else row.check(slots)
+    if checked is None:
+        return None
+    missing = tuple(name for name in row.needs if not checked.get(name))
+    unread = tuple(c for c in clause.left() if c.kind not in FREE)
+    cost = sum(map(weight, unread)) + MISSING * len(missing) + OF_A_ROW + row.rank
+    return Match(row, checked, missing, unread, cost)
+
+
+def _slots(row: Row, clause: Constituents) -> dict[str, Any]:
+    """The slots of a row that a clause fills, and those that the row itself does."""
     slots: dict[str, Any] = dict(row.fixed)
     for name, filler in row.slots.items():
         value = filler(clause)
@@ -149,13 +160,7 @@ def _filled(row: Row, clause: Constituents) -> Match | None:
     clause.every(*row.also.split())
     if not clause.has("Qn", "inc", "dec", "more", "less", "double", "halve"):
         clause.every("waypoints")  # the path by another name
-    checked = slots if row.check is None else row.check(slots)
-    if checked is None:
-        return None
-    missing = tuple(name for name in row.needs if not checked.get(name))
-    unread = tuple(c for c in clause.left() if c.kind not in FREE)
-    cost = sum(MILD.get(c.kind, CONTENT) for c in unread) + MISSING * len(missing) + OF_A_ROW + row.rank
-    return Match(row, checked, missing, unread, cost)
+    return slots
 
 
 def _degree(clause: Constituents, *, drawn: bool) -> str | None:
@@ -329,24 +334,15 @@ def _extend(slots: dict[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in slots.items() if k != "place" or v not in F.SPOTS}
 
 
-def _stays(what: str) -> Mapping[str, Any]:
-    return {"what": what}
+def _or_length(label: str) -> Filler:
+    """A quantity that a word beside it names, else a bare length."""
+    return lambda clause: labelled(label)(clause) or LENGTH(clause)
 
 
 # fmt: off
 LENGTH = amount("Qm")
 AROUND = place("around", "at", "", "by", "over", "near", "on", "of", "in", "with", "to")
-ALONG = place_of_object
-
-
-def _radius(clause: Constituents) -> F.Quantity | None:
-    found: F.Quantity | None = labelled("radius")(clause) or LENGTH(clause)
-    return found
-
-
-def _swing(clause: Constituents) -> F.Quantity | None:
-    found: F.Quantity | None = labelled("size")(clause) or LENGTH(clause)
-    return found
+RADIUS, SWING = _or_length("radius"), _or_length("size")
 
 
 def _beside(clause: Constituents) -> F.Offset:
@@ -445,10 +441,10 @@ ROWS: tuple[Row, ...] = (
     Row(F.Pace, ("accel !Qa",), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole", 0.3),
     # what stays
     Row(F.Keep, ("keep end",), {"what": end("", "of", "at", "with", "for", "on", "from", "to", "where")}, {}, ("what",), "keep path only where never whole touch", 0.1, takes_part=False),
-    Row(F.Keep, ("keep speed", "never speed"), {}, _stays("speed"), (), "keep whole speed never", 0.1),
-    Row(F.Keep, ("keep height", "never height"), {}, _stays("height"), (), "keep whole height never path", 0.1),
-    Row(F.Keep, ("keep rest", "keep whole keep"), {}, _stays("rest"), (), "keep whole rest never path", 0.1, takes_part=False),
-    Row(F.Keep, ("keep path",), {}, _stays("path"), (), "keep whole path never", 0.3, takes_part=False),
+    Row(F.Keep, ("keep speed", "never speed"), {}, {"what": "speed"}, (), "keep whole speed never", 0.1),
+    Row(F.Keep, ("keep height", "never height"), {}, {"what": "height"}, (), "keep whole height never path", 0.1),
+    Row(F.Keep, ("keep rest", "keep whole keep"), {}, {"what": "rest"}, (), "keep whole rest never path", 0.1, takes_part=False),
+    Row(F.Keep, ("keep path",), {}, {"what": "path"}, (), "keep whole path never", 0.3, takes_part=False),
     Row(F.Keep, ("keep !within_of",), {}, {}, (), "keep whole path never", 0.15, check=_keep),
     # standing still
     Row(F.MoveEnd, ("stop obj:to",), {"place": place("to")}, {"end": "goal", "relation": "to"}, ("place",), "stop end there", 0.1, takes_part=False),
@@ -487,10 +483,10 @@ ROWS: tuple[Row, ...] = (
     *(Row(F.Figure, calls, {"rise": labelled("rise"), "size": size, "radius": radius, "waves" if shape == "wave" else "turns": turns, "sense": sense, "place": where},
           {"shape": shape}, ("place",) if shape == "circle" else (), f"{shape} path whole laps once around circle pass turns size times", -0.1)
       for shape, calls, size, radius, where in (
-        ("circle", ("circle", "once|double|triple|turns|laps|Qx obj:around", "once|double|triple|turns|laps around obj", "turns:by obj !slower|faster"), labelled("size"), _radius, AROUND),
-        ("spiral", ("spiral",), labelled("size"), _radius, AROUND), ("eight", ("eight",), _swing, labelled("radius"), AROUND),
-        ("zigzag", ("zigzag",), _swing, labelled("radius"), ALONG), ("wave", ("wave", "waves"), _swing, labelled("radius"), ALONG),
-        ("shake", ("shake",), _swing, labelled("radius"), AROUND))),
+        ("circle", ("circle", "once|double|triple|turns|laps|Qx obj:around", "once|double|triple|turns|laps around obj", "turns:by obj !slower|faster"), labelled("size"), RADIUS, AROUND),
+        ("spiral", ("spiral",), labelled("size"), RADIUS, AROUND), ("eight", ("eight",), SWING, labelled("radius"), AROUND),
+        ("zigzag", ("zigzag",), SWING, labelled("radius"), place_of_object), ("wave", ("wave", "waves"), SWING, labelled("radius"), place_of_object),
+        ("shake", ("shake",), SWING, labelled("radius"), AROUND))),
     # bounds
     Row(F.Height, ("Hof !never",), {"of": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof"), "level": lambda c: next(i.q for i in c.items if i.kind == "Hof")}, {}, (), "Hof height keep raise lower up down drop path whole", 0.0),
     Row(F.MoveEnd, ("end Hof", "endup Hof"), {"end": lambda c: end()(c) or (c.has("endup") and "goal") or None, "place": lambda c: next(i.names[0] for i in c.items if i.kind == "Hof")}, {"level": F.Quantity(0.0, "m", "to")}, ("end",), "Hof endup height at up", -0.1, takes_part=False),
