@@ -71,7 +71,7 @@ NUMERIC = tuple(".0123456789")
 
 
 ORDINALS = {"2nd": "second", "3rd": "third", "4th": "fourth", "5th": "fifth", "1st": "first", "6th": "sixth",
-            "7th": "seventh", "8th": "eighth", "10th": "tenth"}  # fmt: skip
+            "7th": "seventh", "8th": "eighth", "9th": "ninth", "10th": "tenth"}  # fmt: skip
 ORDINAL = re.compile(r"(\d+)(?:st|nd|rd|th)")
 ABBREVIATED = frozenset("approx appr ca max min no pls vs incl sec secs deg pos ref traj wp wpt".split())
 """Words that a full stop may shorten."""
@@ -82,7 +82,7 @@ AFTER_CM = frozenset(
 """What goes on behind a "cm." that is shortened: "5 cm. to the left"."""
 
 COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fifth": 5, "sixth": 6, "seventh": 7,
-           "eighth": 8, "tenth": 10}  # fmt: skip
+           "eighth": 8, "ninth": 9, "tenth": 10}  # fmt: skip
 COUNTABLE = frozenset("waypoint point wp pt".split())
 """Ordinals, as in "every third", and what they count: "the fifth point"."""
 

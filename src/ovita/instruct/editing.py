@@ -12,8 +12,8 @@ from ovita.instruct import frames as F
 from ovita.instruct.degrees import Degree
 from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Flip, Replace, Rescale, Restrict, Set
 from ovita.instruct.frames import name_of
-from ovita.instruct.notation import ROLES, any_of, quantity
-from ovita.paths.part import PathPart, both, outside
+from ovita.instruct.notation import ROLES, quantity
+from ovita.paths.part import PathPart, any_of, both, outside
 from ovita.paths.scene import Scene
 from ovita.policy import Parameter
 from ovita.units import dimension

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from ovita.errors import InputError
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.paths.part import WHOLE, PathPart, Unit, both, outside
+from ovita.paths.part import WHOLE, PathPart, Unit, any_of, both, outside
 from ovita.units import find
 
 
@@ -187,11 +187,6 @@ def part_told(where: Where) -> PathPart:
         case "beyond":
             return PathPart(kind, amount=amount or 0.0, direction=where.direction)
     return _stretch(where)
-
-
-def any_of(parts: Sequence[PathPart]) -> PathPart:
-    """What belongs to any of some parts."""
-    return parts[0] if len(parts) == 1 else PathPart("either", parts=tuple(parts))
 
 
 def _stretch(where: Where) -> PathPart:

@@ -13,9 +13,8 @@ from typing import Any, cast
 
 from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
 from ovita.instruct.frames import Quantity, Role
-from ovita.instruct.notation import any_of
 from ovita.instruct.numerals import unit_at
-from ovita.paths.part import PathPart, outside
+from ovita.paths.part import PathPart, any_of, outside
 
 FLIPPED = {
     "touch": "farther", "avoid": "touch", "left": "right", "front": "back", "up": "down", "closer": "farther", "near": "farther", "faster": "slower", "larger": "smaller",

@@ -95,7 +95,7 @@ def _small() -> frozenset[str]:
     return frozenset({*filler(), *CONNECTIVES, *DETERMINERS, *SKIPPED, *SMALL})
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Phrase:
     """Some words of an utterance: an object, a number, a phrase of feedback, a concept, or a word that is unknown."""
 

@@ -164,6 +164,11 @@ def both(*parts: PathPart) -> PathPart:
     return PathPart("both", parts=parts)
 
 
+def any_of(parts: Sequence[PathPart]) -> PathPart:
+    """What belongs to any of some parts."""
+    return parts[0] if len(parts) == 1 else PathPart("either", parts=tuple(parts))
+
+
 def locate(what: Place, trajectory: Trajectory, scene: Scene) -> Array:
     """The point (3,) [m] that a place means; "start" and "goal" are those of the trajectory.
 
