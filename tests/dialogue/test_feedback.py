@@ -443,3 +443,12 @@ def test_no_takes_one_step_back():
     session = after(("go left by 0.2", "a bit more")).draft()
     first = session.history.after(session.history.path()[0])
     assert session.say("no").usable and session.current == first
+
+
+@pytest.mark.parametrize(
+    ("said", "up"), [("no, not so much, two is enough", 0.02), ("make it 4", 0.04), ("make it 0.05", 0.05)]
+)
+def test_a_bare_number_is_in_the_unit_that_was_said(said, up):
+    session = after(("go 3 cm higher",)).draft()
+    assert session.say(said).usable
+    assert measured(session.current)["up"] == pytest.approx(up)

@@ -18,6 +18,7 @@ from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, slots
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
+from ovita.instruct.numerals import is_digits
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
 from ovita.paths.scene import Scene
 
@@ -44,6 +45,8 @@ def in_excess(
     edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame]
 ) -> tuple[E.Edit, ...]:
     """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
+    numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
+    edits = tuple(_in_its_unit(edit, before, numbers) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
     if not any(words.values()):
         return edits
@@ -53,6 +56,31 @@ def in_excess(
             amount = next(chunk.q for chunk in said if chunk.q and words[chunk.q.value])
             return (E.Set(slot=known[0], quantity=amount, step=1 if change == "more" else -1),)
     return tuple(_stepped(edit, words) for edit in edits)
+
+
+def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Sequence[float]) -> E.Edit:
+    """An edit whose bare number is in the unit of the length that it takes the place of: "two is enough" of 3 cm."""
+    if not isinstance(edit, E.Set):
+        return edit
+    guesses = (1.0,) if not edit.quantity.unit else (1.0, 0.01, 0.001)
+    bare = next((n for n in numbers for unit in guesses if math.isclose(n * unit, edit.quantity.value)), None)
+    stated = (pair for frame in reversed(before) for pair in _stated(frame))
+    had = next((q for slot, q in stated if edit.slot in (slot, q.role)), None)
+    if bare is None or had is None or had.unit != "m" or had.value <= 0.0:
+        return edit
+    said = had.said.rstrip(UNITS)
+    number = float(said) if is_digits(said) else had.value * (100.0 if had.value < 1.0 else 1.0)  # centimetres, if bare
+    likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
+    value = min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
+    return replace(edit, quantity=replace(edit.quantity, value=value, unit="m", said=""))
+
+
+def _stated(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:
+    """The quantities of a frame by their slots, also those along directions."""
+    return [*frame.quantities.items(), *((way, q) for way, q in getattr(frame, "offset", ()) if q is not None)]
+
+
+UNITS = "abcdefghijklmnopqrstuvwxyz\"'″ "
 
 
 def _stepped(edit: E.Edit, words: Mapping[float, str]) -> E.Edit:
