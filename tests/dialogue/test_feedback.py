@@ -452,3 +452,13 @@ def test_a_bare_number_is_in_the_unit_that_was_said(said, up):
     session = after(("go 3 cm higher",)).draft()
     assert session.say(said).usable
     assert measured(session.current)["up"] == pytest.approx(up)
+
+
+def test_the_other_half_and_the_other_one():
+    session = after(("10 cm higher in the first half",)).draft()
+    session.say("no, the other half")
+    assert measured(session.current)["up"] == pytest.approx(0.0)
+    assert measured(session.current)["up_end"] == pytest.approx(0.1)
+    session = after(("slow down near the red cup",)).draft()
+    session.say("the other one as well")
+    assert measured(session.current)["at_cup"] < 0.6 and measured(session.current)["at_bottle"] < 0.6  # the blue cup

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from ovita.instruct import edits as E
@@ -120,9 +121,24 @@ def copies(said: Remark) -> Iterator[Candidate]:
         return
     new = [p for p in said.active if p.items]
     names = tuple(name for name in _items(new) if name not in said.before[i].named)
-    if names:
+    other = [p for p in said.active if p.text in ("other", "one")] if not new and "other" in said.texts else []
+    names = names or (said.alike(said.before[i]) if other else ())
+    if names and (new or len(names) == 1):
         (copy,) = apply((E.Replace(objects=names),), (said.before[i],), Scene())
-        yield Candidate((E.Also(frame=copy),), (*new, *said.of(*NEAR), *said.cued("also")))
+        used = (*new, *other, *said.of(*NEAR), *said.cued("also"))
+        yield Candidate((E.Also(frame=copy),), used, sure=bool(other))
+
+
+def other_halves(said: Remark) -> Iterator[Candidate]:
+    """The other half of the path than was said: "no, the other half"."""
+    pieces = [p for pair in pairwise(said.active) if [one.text for one in pair] in OTHER_PARTS for p in pair]
+    for i, frame in enumerate(said.before if pieces else ()):
+        if frame.part.kind in ("first", "last"):
+            part = replace(frame.part, kind="last" if frame.part.kind == "first" else "first")
+            yield Candidate((E.Restrict(on=said.on(i), part=part),), pieces, sure=True)
+
+
+OTHER_PARTS = (["other", "half"], ["other", "third"], ["other", "end"])
 
 
 def ends(said: Remark) -> Iterator[Candidate]:
