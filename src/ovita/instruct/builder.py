@@ -15,17 +15,18 @@ from ovita.instruct import frames as F
 from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.limits.problem import from_object
-from ovita.paths.geometry import Mask, closest_to_point, runs
+from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject, canonical
-from ovita.paths.trajectory import Array, Trajectory, arc_length, interpolate
+from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.policy import Parameter
 from ovita.policy.policy import TooMuch, prove_statements, run_proof
 from ovita.policy.source import MAX_NOTE, Role, Value
-from ovita.text import clean_text
+from ovita.text import clean_text, listed, waypoints
 from ovita.toolkit import CATALOGUE, Recorder
 from ovita.toolkit.approach import stays
+from ovita.toolkit.arguments import headings
 
 STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 """Frames that do not change where the path goes."""
@@ -351,21 +352,25 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
 def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """A part between two objects; where the path passes through between them, all of it that is beside both."""
     items = [builder.item(place) for place in part.places if isinstance(place, str)]
-    path, at = builder.trajectory.positions, np.flatnonzero(part.mask(builder.trajectory, builder.scene))
-    gaps = [np.maximum(item.cuboid.signed(path)[0], 0.0) for item in items if item is not None]
-    if len(gaps) < 2 or arc_length(path[at])[-1] > sum(gap.min() for gap in gaps) / 2.0:
+    path = builder.trajectory.positions
+    sides = [item.cuboid.signed(path) for item in items if item is not None]
+    if len(sides) < 2:
         return part
-    beside = np.logical_and.reduce([gap <= BY * gap.min() for gap in gaps])
-    beside[at] = True
-    first, last = next((a, b) for a, b in runs(beside) if a <= at[0] <= b)
-    if (first, last) == (at[0], at[-1]):
-        return part
-    builder.assume(f"{part.words()} is from waypoint {first + 1} to {last + 1}")
-    return PathPart("range", amount=float(first), until=float(last))
+    (gap, away), (other, back) = sides
+    apart = np.where((away * back).sum(axis=1) < FACING, np.maximum(gap, 0.0) + np.maximum(other, 0.0), np.inf)
+    inside = apart <= BY * apart.min()
+    across = np.abs((headings(path) * (away - back)).sum(axis=1)) / np.maximum(lengths(away - back), 1e-9)
+    if not np.isfinite(apart).any() or across[inside].mean() > LEADS:
+        return part  # from the one to the other
+    builder.assume(f"{part.words()} is {listed([waypoints(a, b) for a, b in runs(inside)])}")
+    return PathPart("indices", ranges=tuple(runs(inside)), count=len(path))
 
+
+FACING, LEADS = -0.5, 0.5
+"""The cosine from which on a waypoint has two objects on two sides, and that by which a path leads to one of them."""
 
 BY = 1.25
-"""How many times as far off as the nearest a waypoint may be to be beside an object, too."""
+"""How many times as wide as the narrowest a gap between two objects may be to be the gap, too."""
 
 
 def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPart:

@@ -32,7 +32,10 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"\bdown the middle\b", "through the middle"),
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
-        (rf"\b(?:stay|keep|remain) (?={_N} ?{_UNIT} (?:higher|lower|further|farther|closer|nearer)\b)", "go "),
+        (
+            rf"\b(?:stay|keep|remain|hold|carry)(?: it)? (?={_N} ?{_UNIT} (?:higher|lower|further|farther|closer|nearer)\b)",
+            "go ",
+        ),
         (rf"\b{_GO} on (?=(?:the|its|his|her|their|my|your) (?:\w+ )?side\b)", "pass on "),
         (rf"\b(?:when|while|as|whenever) (?:you|it|he|she|the \w+) {_GO}s? {_TO}", "on the way to "),
         (rf"\b(?:when|while) {_GOES} {_TO}", "on the way to "),
@@ -70,6 +73,7 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b",
             r"end \g<by> further \g<way>",
         ),
+        (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
             rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further |farther |more )?back\b",
@@ -153,8 +157,18 @@ def without_cargo(text: str, scene: Scene) -> str:
         # as a verb: "paint slower" beside a paint pot
         done = rf"^(?P<lead>\W*(?:please )?){re.escape(word)} (?={_MUCH}(?:slow|fast|quick|gentl|careful|more|less))"
         text = re.sub(done, r"\g<lead>", text, flags=re.IGNORECASE)
-    return text
+    named = {word.lower() for name in scene.names for word in name.split()}
+    cargo = "|".join(sorted(CARGO - named))
+    return re.sub(
+        rf"\b(?P<verb>{_HOLD}|raise|lower) (?:the|my|our) (?:{cargo})\b", r"\g<verb> it", text, flags=re.IGNORECASE
+    )
 
+
+CARGO = frozenset(
+    """camera tray glass cup mug plate bowl spoon fork brush nozzle vial bottle jar box parcel package tool sensor probe
+    lens pen pencil torch lamp payload load tea coffee soup food basket bucket scanner sprayer sponge cloth part""".split()
+)
+"""What a robot carries, or has at its end, where the scene has no object of that name."""
 
 _HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 
