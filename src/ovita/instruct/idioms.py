@@ -13,6 +13,7 @@ _GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)
 _MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
 _NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
 _N = r"\d+(?:\.\d+)?"
+_FARTHER = r"(?:higher|lower|further|farther|closer|nearer)"
 _UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
 _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
 _PART = r"(?:bit|part|stretch|piece|section|leg)"
@@ -33,7 +34,7 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
         (
-            rf"\b(?:stay|keep|remain|hold|carry)(?: it)? (?={_N} ?{_UNIT} (?:higher|lower|further|farther|closer|nearer)\b)",
+            rf"\b(?:stay|keep|remain|hold|carry)(?: it)? (?={_N} ?{_UNIT} {_FARTHER}\b)",
             "go ",
         ),
         (rf"\b{_GO} on (?=(?:the|its|his|her|their|my|your) (?:\w+ )?side\b)", "pass on "),
@@ -165,8 +166,9 @@ def without_cargo(text: str, scene: Scene) -> str:
 
 
 CARGO = frozenset(
-    """camera tray glass cup mug plate bowl spoon fork brush nozzle vial bottle jar box parcel package tool sensor probe
-    lens pen pencil torch lamp payload load tea coffee soup food basket bucket scanner sprayer sponge cloth part""".split()
+    """camera tray glass cup mug plate bowl spoon fork brush nozzle vial bottle jar box parcel package tool sensor
+    probe lens pen pencil torch lamp payload load tea coffee soup food basket bucket scanner sprayer sponge cloth
+    part""".split()
 )
 """What a robot carries, or has at its end, where the scene has no object of that name."""
 
