@@ -19,7 +19,7 @@ from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject, canonical
-from ovita.paths.trajectory import Array, Trajectory, interpolate
+from ovita.paths.trajectory import Array, Trajectory, arc_length, interpolate
 from ovita.policy import Parameter
 from ovita.policy.policy import TooMuch, prove_statements, run_proof
 from ovita.policy.source import MAX_NOTE, Role, Value
@@ -360,7 +360,9 @@ def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:
     apart = np.where((away * back).sum(axis=1) < FACING, np.maximum(gap, 0.0) + np.maximum(other, 0.0), np.inf)
     inside = apart <= BY * apart.min()
     across = np.abs((headings(path) * (away - back)).sum(axis=1)) / np.maximum(lengths(away - back), 1e-9)
-    if not np.isfinite(apart).any() or across[inside].mean() > LEADS:
+    span = part.mask(builder.trajectory, builder.scene)
+    within = bool((span | ~inside).all()) and arc_length(path[span])[-1] > apart.min() / 2.0
+    if not np.isfinite(apart).any() or across[inside].mean() > LEADS or within:
         return part  # from the one to the other
     builder.assume(f"{part.words()} is {listed([waypoints(a, b) for a, b in runs(inside)])}")
     return PathPart("indices", ranges=tuple(runs(inside)), count=len(path))
