@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ovita import Scene, SceneObject, Session, Trajectory, adapt
+from ovita import Scene, SceneObject, Session, Trajectory, accept, adapt
 from ovita.instruct.landmarks import by_stops
 from ovita.paths.geometry import runs
 
@@ -126,6 +126,53 @@ def test_stops_are_landmarks(said, meant):
     served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
     behind = next(runs((np.diff(served.positions, axis=0) == 0.0).all(axis=1)))[1] + 2
     assert by_stops(said, TABLE, served.positions) == meant.format(first=behind)
+
+
+def test_it_stands_longer_where_it_stands_for_an_object():
+    desk = SceneObject("desk", np.array([5.0, 1.5, 0.5]), [4.0, 0.6, 1.0])
+    door = SceneObject("door", np.array([9.0, 1.0, 0.5]), [0.2, 1.0, 1.0])
+    drive = way((0, 0, 0.3), (3.6, 0, 0.3), (10, 0, 0.3), stops=(1,), speed=0.5, spacing=0.2)
+    result = adapt(drive, "wait two seconds longer at the desk", scene=Scene((desk, door)), writer="builtin")
+    assert result.status == "done" and np.allclose(stands(result.adapted), stands(drive))
+    assert len(result.adapted) == len(drive) + 20
+
+
+@pytest.mark.parametrize(
+    "sentence", ["hold in the middle a second longer", "wait a second longer", "hold 1 second more"]
+)
+def test_it_stands_longer_at_the_only_stop(sentence):
+    drive = way((0, 0, 0.3), (4.6, 0, 0.3), (10, 0, 0.3), stops=(1,), speed=0.5, spacing=0.2)
+    result = adapt(drive, sentence, scene=TABLE, writer="builtin")
+    final = accept(result) if result.proposal is not None else result
+    assert np.allclose(stands(final.adapted), stands(drive)) and len(final.adapted) == len(drive) + 10
+
+
+def test_near_a_thing_is_no_other_pass_of_the_path():
+    lines = [(x, y, 2.0) for y in (0, 12, 24, 36) for x in ((0, 30) if y % 24 == 0 else (30, 0))]
+    survey = way(*lines, speed=1.6, spacing=1.5)
+    wreck = SceneObject("wreck", np.array([15.0, 24.0, -4.0]), [5.0, 3.0, 2.0])
+    result = adapt(survey, "slower over the wreck", scene=Scene((wreck,)), writer="builtin")
+    slow = result.adapted.positions[result.adapted.speeds < 1.0]
+    assert len(slow) > 3 and (slow[:, 1] == 24.0).all()
+
+
+def test_near_a_long_thing_is_along_it():
+    beam = SceneObject("beam", np.array([10.0, 3.0, 1.0]), [12.0, 0.4, 0.4])
+    lane = way((0, 0, 1), (20, 0, 1), speed=1.0, spacing=0.25)
+    result = adapt(lane, "slower along the beam", scene=Scene((beam,)), writer="builtin")
+    slow = result.adapted.positions[result.adapted.speeds < 0.7, 0]
+    assert slow.min() == pytest.approx(3.5, abs=1.5) and slow.max() == pytest.approx(16.5, abs=1.5)
+
+
+def test_what_is_said_of_stops_is_of_where_the_path_stands():
+    served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
+    slow = adapt(served, "slower between the two stops", scene=TABLE, writer="builtin").adapted
+    moving = served.speeds > 0
+    ratio = slow.speeds[moving] / served.speeds[moving]
+    x = served.positions[moving, 0]
+    assert ratio[(x > 0.1) & (x < 0.9)].max() < 0.7 and ratio[(x < -0.05) | (x > 1.05)].min() > 0.99
+    up = adapt(served, "5 cm higher, and leave the stops as they are", scene=TABLE, writer="builtin").adapted
+    assert np.allclose(stands(up), stands(served)) and lowest(up, 0.5) > lowest(served, 0.5) + 0.045
 
 
 def test_a_wait_that_feedback_adds_to_gets_longer():

@@ -18,7 +18,7 @@ _UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|
 _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
 _PART = r"(?:bit|part|stretch|piece|section|leg)"
 _AT = r"(?:in|at|on|over|by|with|near|above)"
-_BY = r"(?:over|above|near|by|around|next to|close to|beside)"
+_BY = r"(?:over|above|around)"
 
 _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
@@ -74,6 +74,8 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b",
             r"end \g<by> further \g<way>",
         ),
+        (r"\b(?:a|one) (?=(?:second|sec|minute) (?:longer|more|earlier|later|sooner)\b)", "1 "),
+        (rf"\b(?P<wait>(?:wait|hold|pause|stay)(?: for)? {_N} ?\w+) more\b(?! than)", r"\g<wait> longer"),
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (

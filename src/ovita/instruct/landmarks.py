@@ -119,6 +119,12 @@ _STOP = re.compile(
     re.IGNORECASE,
 )
 _BETWEEN = re.compile(r"\bbetween the (?:two |2 )?(?:stops|pauses|holds|halts|waits)\b", re.IGNORECASE)
+_PICK = r"(?:the )?(?:pick(?:[- ]?up)?|grasp|drop(?:[- ]?off)|put[- ]?down|place|stops?|pauses?|holds?)(?: points?)?"
+_KEPT = re.compile(
+    rf"\b(?:leave|keep) {_PICK}(?: and {_PICK})? "
+    r"(?:alone|unchanged|untouched|as (?:they are|it is|is)|where (?:they are|it is))\b",
+    re.IGNORECASE,
+)
 _LONGER = re.compile(
     r"\b(?:wait|hold|pause|stay)(?: for)?(?: [\d.]+ ?\w+)? longer\b"
     r"(?!\s+(?:at|in|on|over|above|near|by|there|before|with|than)\b)",
@@ -158,6 +164,8 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         there = [min(scene, key=lambda one: float(one.core(positions).depth(positions[[a]])[0])) for a, _ in stops]
         return f"{found['lead']}no stop at the {found['name']}" if item in there else found[0]
 
+    kept = " and ".join(f"waypoints {a + 1} to {b + 1}" for a, b in stops)
+    text = _KEPT.sub(f"keep {kept} as they are" if kept else "keep the start and the end", text)
     if len(stops) == 1:
         text = _LONGER.sub(r"\g<0> at the stop", text)
     if len(stops) == 2:
