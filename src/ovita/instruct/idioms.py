@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from ovita.paths.scene import Scene
 
@@ -13,6 +14,7 @@ _GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)
 _MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
 _NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
 _N = r"\d+(?:\.\d+)?"
+_TIME = r"(?:s|secs?|seconds?|min|minutes?)"
 _FARTHER = r"(?:higher|lower|further|farther|closer|nearer)"
 _UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
 _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
@@ -20,7 +22,7 @@ _PART = r"(?:bit|part|stretch|piece|section|leg)"
 _AT = r"(?:in|at|on|over|by|with|near|above)"
 _BY = r"(?:over|above|around)"
 
-_SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
+_SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
     for said, meant in (
         (
@@ -75,7 +77,17 @@ _SAID: tuple[tuple[re.Pattern[str], str], ...] = tuple(
             r"end \g<by> further \g<way>",
         ),
         (r"\b(?:a|one) (?=(?:second|sec|minute) (?:longer|more|earlier|later|sooner)\b)", "1 "),
-        (rf"\b(?P<wait>(?:wait|hold|pause|stay)(?: for)? {_N} ?\w+) more\b(?! than)", r"\g<wait> longer"),
+        (rf"\b(?P<wait>(?:wait|hold|pause|stay)(?: for)? {_N} ?{_TIME}) more\b(?! than)", r"\g<wait> longer"),
+        (
+            r"\b(?:arrive|get there|get here|be there|be back|be home) (?P<much>(?:a (?:little|bit)|slightly|much) )?"
+            r"(?:(?P<soon>earlier|sooner)|later)\b(?! than)",
+            lambda it: f"go {it['much'] or ''}{'faster' if it['soon'] else 'slower'}",
+        ),
+        (
+            rf"\b(?:start|leave|set off|depart) (?P<by>\S+ ?{_TIME}) later\b",
+            r"wait \g<by> at the start",
+        ),
+        (r"\b(?:there is |there's )?no need (?:to |for )(?:hurry|rush|race|speed)\b", "don't rush"),
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
@@ -180,9 +192,19 @@ _HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 _AS_NOW = re.compile(rf"\b(?:instead of|rather than) (?:the )?{_N}(?: ?{_UNIT})?(?![\w.])(?: {_NOW})?", re.IGNORECASE)
 
 
-def without_now(text: str) -> str:
-    """A first instruction without what it says of how things are: "wait 10 seconds instead of 3"."""
-    return _AS_NOW.sub("", text)
+def without_now(text: str, scene: Scene) -> str:
+    """A first instruction without what it says of how things are: "wait 10 seconds instead of 3", "at A, not at B".
+
+    Args:
+        text: As it was said or typed.
+        scene: With the names of objects.
+    """
+    text = _AS_NOW.sub("", text)
+    if len(scene) < 2:
+        return text
+    name = _names(scene)
+    contrast = rf"(?P<one>{name}),? (?:instead of|rather than|(?:and )?not)(?: {_AT}| to| past| round| around)? {name}"
+    return re.sub(contrast, r"\g<one>", text, flags=re.IGNORECASE)
 
 
 def _names(scene: Scene) -> str:

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from ovita.paths.geometry import runs
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
 POINTS = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
@@ -125,6 +125,14 @@ _KEPT = re.compile(
     r"(?:alone|unchanged|untouched|as (?:they are|it is|is)|where (?:they are|it is))\b",
     re.IGNORECASE,
 )
+_LASTS = (
+    r"\b(?:(?:wait|pause|hold|stay|hover|stop) (?P<as>half|twice|three times) as long"
+    r"|(?P<times>double|halve|half|triple) the (?:pause|wait|stop|hold|hover)(?: time)?)"
+    r"(?: (?:at|by|near|over|in|above) (?:the )?(?P<at>%s))?\b(?! at| by| near| over| in| above)"
+)
+TIMES = {"half": 0.5, "halve": 0.5, "twice": 2.0, "double": 2.0, "three": 3.0, "triple": 3.0}
+"""What words for how long a stop is to last are to how long it lasts."""
+
 _LONGER = re.compile(
     r"\b(?:wait|hold|pause|stay)(?: for)?(?: [\d.]+ ?\w+)? longer\b"
     r"(?!\s+(?:at|in|on|over|above|near|by|there|before|with|than)\b)",
@@ -152,6 +160,9 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
     stops = [(a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)]
 
+    def nearest(stop: tuple[int, int]) -> SceneObject:
+        return min(scene, key=lambda one: float(one.core(positions).depth(positions[[stop[0]]])[0]))
+
     def waypoint(found: re.Match[str]) -> str:
         number = _NUMBERS.get((found[2] or "first").lower(), 0)
         if not -len(stops) <= number < len(stops) or (found[2] is None and len(stops) > 1):
@@ -161,9 +172,23 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
 
     def skipped(found: re.Match[str]) -> str:
         item = next((item for item in scene if item.name.lower() == found["name"].lower()), None)
-        there = [min(scene, key=lambda one: float(one.core(positions).depth(positions[[a]])[0])) for a, _ in stops]
+        there = [nearest(stop) for stop in stops]
         return f"{found['lead']}no stop at the {found['name']}" if item in there else found[0]
 
+    def lasts(found: re.Match[str]) -> str:
+        said, name = (found["times"] or found["as"]).lower(), (found["at"] or "").lower()
+        at = [stop for stop in stops if not name or nearest(stop).name.lower() == name]
+        if len(at) != 1:
+            return found[0]
+        first, last = at[0]
+        steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
+        return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
+
+    text = (
+        re.sub(_LASTS % "|".join(map(re.escape, scene.names)), lasts, text, flags=re.IGNORECASE)
+        if scene.names
+        else text
+    )
     kept = " and ".join(f"waypoints {a + 1} to {b + 1}" for a, b in stops)
     text = _KEPT.sub(f"keep {kept} as they are" if kept else "keep the start and the end", text)
     if len(stops) == 1:

@@ -142,7 +142,7 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text, taken = put_plainly(text if before else without_now(text), scene, positions)
+    text, taken = put_plainly(text if before else without_now(text, scene), scene, positions)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
