@@ -120,12 +120,25 @@ def test_no_stop_and_faster_in_a_part_go_together():
         ("faster after the stop at the rack", "faster after the stop at the rack"),
         ("skip the rack", "no stop at the rack"),
         ("skip the plate", "skip the plate"),
+        ("double the pause at the rack", "wait 40 timesteps at the rack"),
+        (
+            "leave the stops as they are",
+            "keep waypoints {first0} to {first} and waypoints {last0} to {last} as they are",
+        ),
     ],
 )
 def test_stops_are_landmarks(said, meant):
     served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
-    behind = next(runs((np.diff(served.positions, axis=0) == 0.0).all(axis=1)))[1] + 2
-    assert by_stops(said, TABLE, served.positions) == meant.format(first=behind)
+    (a, b), (c, d) = runs((np.diff(served.positions, axis=0) == 0.0).all(axis=1))
+    numbers = {"first0": a + 1, "first": b + 2, "last0": c + 1, "last": d + 2}
+    assert by_stops(said, TABLE, served.positions) == meant.format(**numbers)
+
+
+def test_the_way_back_begins_where_the_path_turns():
+    out = way((0, 0, 0.1), (1, 0, 0.1), (1, 0.1, 0.1), (0.1, 0.1, 0.1))
+    slow = adapt(out, "slower on the way back", scene=TABLE, writer="builtin").adapted
+    assert (slow.speeds[:45] == out.speeds[:45]).all() and (slow.speeds[-40:] < 0.15).all()
+    assert by_stops("slower on the way back", TABLE, way((0, 0, 0), (1, 0, 0)).positions) == "slower on the way back"
 
 
 def test_it_stands_longer_where_it_stands_for_an_object():

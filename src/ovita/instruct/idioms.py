@@ -88,6 +88,12 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"wait \g<by> at the start",
         ),
         (r"\b(?:there is |there's )?no need (?:to |for )(?:hurry|rush|race|speed)\b", "don't rush"),
+        (r"\b(?:get it done|be done|be there|get there) in half (?:the|its) time\b", "go twice as fast"),
+        (
+            r"\b(?:touch down|settle|come to rest|set down) (?=(?:a (?:bit|little) )?(?:more |very |nice and )?"
+            r"(?:gently|softly|slowly|slower|gentler|softer)\b)",
+            "at the end slow down ",
+        ),
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (

@@ -7,12 +7,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from ovita.paths.geometry import runs
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
 POINTS = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
@@ -146,9 +148,9 @@ _SKIP = re.compile(
 
 
 def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
-    """An utterance with waypoints for the path's stops, and no stop for an object that is to be skipped.
+    """An utterance with waypoints for the path's stops and its way back, and no stop for an object to be skipped.
 
-    "After the stop", "until the second pause", "skip the west pier".
+    "After the stop", "until the second pause", "double the pause", "skip the west pier", "on the way home".
 
     Args:
         text: As it was said or typed.
@@ -158,45 +160,85 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     if positions is None:
         return text
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
-    stops = [(a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)]
+    stops = _Stops(scene, positions, tuple((a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)))
+    if (turn := turning_back(positions, [a for a, _ in stops.at])) is not None:
+        text = _BACK.sub(f"from waypoint {turn + 1} on", _OUT.sub(f"up to waypoint {turn + 1}", text))
+    text = re.sub(_LASTS % "|".join([*map(re.escape, scene.names), "$"]), stops.lasting, text, flags=re.IGNORECASE)
+    text = _KEPT.sub(stops.kept, text)
+    if len(stops.at) == 1:
+        text = _LONGER.sub(r"\g<0> at the stop", text)
+    if len(stops.at) == 2:
+        (_, first), (last, _) = stops.at
+        text = _BETWEEN.sub(f"from waypoint {first + 1} to waypoint {last + 1}", text)
+    return _SKIP.sub(stops.skipped, _STOP.sub(stops.numbered, text))
 
-    def nearest(stop: tuple[int, int]) -> SceneObject:
-        return min(scene, key=lambda one: float(one.core(positions).depth(positions[[stop[0]]])[0]))
 
-    def waypoint(found: re.Match[str]) -> str:
+@dataclass(frozen=True)
+class _Stops:
+    """Where a path stands still on the way, and what words for that are as waypoints.
+
+    Args:
+        scene: With the names of objects.
+        positions: The path (N, 3) [m].
+        at: The first and the last waypoint of each stop.
+    """
+
+    scene: Scene
+    positions: Array
+    at: tuple[tuple[int, int], ...]
+
+    def by(self, stop: tuple[int, int]) -> str:
+        """The object that is nearest to a stop."""
+        place = self.positions[[stop[0]]]
+        return min(self.scene, key=lambda one: float(one.core(self.positions).depth(place)[0])).name.lower()
+
+    def numbered(self, found: re.Match[str]) -> str:
+        """What is after a stop, or up to one: the only one, or one by its number."""
         number = _NUMBERS.get((found[2] or "first").lower(), 0)
-        if not -len(stops) <= number < len(stops) or (found[2] is None and len(stops) > 1):
+        if not -len(self.at) <= number < len(self.at) or (found[2] is None and len(self.at) > 1):
             return found[0]
-        later = found[1].lower() in ("after", "behind", "past")
-        return f"from waypoint {stops[number][1] + 1} on" if later else f"up to waypoint {stops[number][0] + 1}"
+        first, last = self.at[number]
+        after = found[1].lower() in ("after", "behind", "past")
+        return f"from waypoint {last + 1} on" if after else f"up to waypoint {first + 1}"
 
-    def skipped(found: re.Match[str]) -> str:
-        item = next((item for item in scene if item.name.lower() == found["name"].lower()), None)
-        there = [nearest(stop) for stop in stops]
-        return f"{found['lead']}no stop at the {found['name']}" if item in there else found[0]
+    def skipped(self, found: re.Match[str]) -> str:
+        """No stop at an object where the path has one."""
+        there = [self.by(stop) for stop in self.at]
+        return f"{found['lead']}no stop at the {found['name']}" if found["name"].lower() in there else found[0]
 
-    def lasts(found: re.Match[str]) -> str:
+    def lasting(self, found: re.Match[str]) -> str:
+        """A stop that is to last half or twice as long as it does."""
         said, name = (found["times"] or found["as"]).lower(), (found["at"] or "").lower()
-        at = [stop for stop in stops if not name or nearest(stop).name.lower() == name]
-        if len(at) != 1:
+        meant = [stop for stop in self.at if not name or self.by(stop) == name]
+        if len(meant) != 1:
             return found[0]
-        first, last = at[0]
+        first, last = meant[0]
         steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
         return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
 
-    text = (
-        re.sub(_LASTS % "|".join(map(re.escape, scene.names)), lasts, text, flags=re.IGNORECASE)
-        if scene.names
-        else text
-    )
-    kept = " and ".join(f"waypoints {a + 1} to {b + 1}" for a, b in stops)
-    text = _KEPT.sub(f"keep {kept} as they are" if kept else "keep the start and the end", text)
-    if len(stops) == 1:
-        text = _LONGER.sub(r"\g<0> at the stop", text)
-    if len(stops) == 2:
-        text = _BETWEEN.sub(f"from waypoint {stops[0][1] + 1} to waypoint {stops[1][0] + 1}", text)
-    return _SKIP.sub(skipped, _STOP.sub(waypoint, text))
+    def kept(self, _: re.Match[str]) -> str:
+        """What is picked and placed, and stays: the stops, or the ends of a path without any."""
+        ranges = " and ".join(f"waypoints {a + 1} to {b + 1}" for a, b in self.at)
+        return f"keep {ranges} as they are" if ranges else "keep the start and the end"
 
+
+def turning_back(positions: Array, stops: Sequence[int]) -> int | None:
+    """The waypoint at which a path (N, 3) [m] turns back to where it began; None where it does not come back.
+
+    It is the one farthest from the start, or a stop about as far.
+    """
+    away = np.linalg.norm(positions - positions[0], axis=1)
+    far = max([int(away.argmax()), *(stop for stop in stops if away[stop] >= FAR * away.max())])
+    return far if away[-1] < HALFWAY * away.max() else None
+
+
+FAR, HALFWAY = 0.9, 0.5
+"""Shares of the greatest distance from the start: of a stop that is the farthest place, and of a goal that is home."""
+
+_BACK = re.compile(
+    r"\bon (?:the|its|your) (?:way (?:back|home)|return(?: (?:trip|leg|way))?)\b(?! to\b)", re.IGNORECASE
+)
+_OUT = re.compile(r"\bon (?:the|its|your) way (?:out|there)\b(?! to\b)", re.IGNORECASE)
 
 MANY = 2
 """The most corners of a path of which "the corner" without a number means the first."""
