@@ -94,6 +94,11 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?:gently|softly|slowly|slower|gentler|softer)\b)",
             "at the end slow down ",
         ),
+        (
+            r"\b(?:no|less) (?:jerk(?:y|ing|s)?|shak(?:y|ing)|abrupt|wobbl(?:y|ing|e)|jitter)"
+            r"(?: moves?| movements?| motions?)?\b",
+            "smoother",
+        ),
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
@@ -144,6 +149,7 @@ _NAMED: tuple[tuple[str, str], ...] = (
     (rf"\bstay (?:a (?:bit|little|moment) )?longer {_AT} (?=%s)", "wait longer at "),
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) behind (?=%s)", "pass in front of "),
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) in front of (?=%s)", "pass behind "),
+    (rf"\b{_GO} past (?P<at>%s),? (?:and )?(?:then|after that) ", r"after \g<at> "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
 )
 """Turns of phrase about objects, whose names stand for each %s."""

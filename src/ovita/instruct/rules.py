@@ -108,7 +108,7 @@ def _preposition_of_past(before: Sequence[Chunk]) -> str:
 
     "Hurry past it" and "half speed past it" are by it, "left past it" a side on which to pass it; any other "past it" is what comes after it.
     """
-    if not {"faster", "slower", "creep", "speed", "Qv", "pass"}.isdisjoint(kinds(before[-2:])):
+    if not {"faster", "slower", "creep", "speed", "Qv", "pass", "keep", "constant"}.isdisjoint(kinds(before[-2:])):
         return "by"
     sided = bool(before) and before[-1].kind in ("left", "right")
     return "pass" if sided and "path" not in kinds(before) else "after"
