@@ -237,3 +237,13 @@ def test_a_flat_robot_keeps_no_more_from_a_tilted_box_than_asked():
     assert -1e-6 < clearance(found, beam, ground) < 1e-4
     cut = 0.1 * np.sqrt(2.0) - 0.08 + 0.01 * np.sqrt(2.0)
     assert np.abs(found.trajectory.positions[:, 1]).max() == pytest.approx(cut, abs=2e-3)
+
+
+def test_a_path_that_works_along_an_object_may_go_on_to_do_so_but_no_nearer():
+    bench = scene(("housing", [0.0, 0.0, 0.05], [0.8, 0.4, 0.1]))
+    bead, beside = line(n=60, z=0.103), line(n=60, y=0.02, z=0.103)
+    robot = Robot("nozzle", obstacle_margin=0.01)
+    found = constrain(beside, bench, robot, original=bead)
+    assert found.trajectory.positions == pytest.approx(beside.positions) and found.verdict.status == "preexisting"
+    found = constrain(line(n=60, z=0.101), bench, robot, original=bead)
+    assert bench["housing"].clearance(found.trajectory.positions).min() > 0.0029

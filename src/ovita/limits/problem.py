@@ -467,4 +467,12 @@ def from_object(
         if nearest < keep:
             keep = max(nearest, least - SETTLED if support else least)
             body = replace(body, radius=core + keep, keep=keep)
+    elif original is not None and granted and robot.radius < (nearest := keep + body.closest(original)[0]) < keep:
+        if float((body.depth(original) < 0.0).mean()) >= WORKED_ON:
+            body = replace(body, radius=core + nearest, keep=nearest)
+            notes.append("along which the path works")
     return replace(body, note=", ".join(notes))
+
+
+WORKED_ON = 0.25
+"""The share of a path that is too near to an object from which on it works along it, and may go on to do so."""
