@@ -389,11 +389,23 @@ class DialogueState:
         if len(edits) == 1 and isinstance(edits[0], Rescale):
             tuned = scaled(edits[0], feedback.frames, last.parameters)
             if tuned:
+                tuned = tuned if edits[0].factor else self._no_further_back(tuned, last)
                 return self._noted(feedback, last, self._rerun(last, tuned), "knobs")
         if all(isinstance(edit, Rescale | Set) for edit in edits):
             return self._noted(feedback, last, self._adapt(last.instruction, last.original, after), "knobs")
         words = _joined([last.instruction, feedback.said], "; ")
         return self._noted(feedback, last, self._adapt(words, last.original, after), "reworded")
+
+    def _no_further_back(self, tuned: dict[str, float | int], last: Adaptation) -> dict[str, float | int]:
+        """New values of which none undoes all of the last correction: "not quite that much" is half of the way back."""
+        steps = self.history.in_force
+        if len(steps) < 2 or steps[-1].kind != "knobs":
+            return tuned
+        old, now = _numbers(steps[-2].adaptation), _numbers(last)
+        back = {name for name in tuned if name in old and (tuned[name] - old[name]) * (now[name] - old[name]) <= 0.0}
+        halfway = {name: (old[name] + now[name]) / 2.0 for name in back if now[name] != old[name]}
+        whole = {name for name in halfway if isinstance(tuned[name], int)}
+        return {**tuned, **{name: round(v) if name in whole else float(f"{v:.3g}") for name, v in halfway.items()}}
 
     def _noted(
         self, feedback: Feedback, before: Adaptation | None, result: Adaptation, kind: Kind, on: FeedbackOn = "current"

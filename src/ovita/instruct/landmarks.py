@@ -57,10 +57,11 @@ LONG = 0.4
 _NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "fourth": 3, "4th": 3, "fifth": 4,
             "5th": 4, "last": -1, "final": -1}  # fmt: skip
 
-_STRETCH = "pass|row|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
+_STRETCH = "pass|row|line|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
 _NUMBER = rf"({'|'.join(_NUMBERS)}|middle)"
 _NUMBERED = re.compile(  # not "first pass the cup"
-    rf"\bthe\s+{_NUMBER}\s+(?:{_STRETCH})\b|\b{_NUMBER}\s+(?:{_STRETCH})(?=\s+(?:is|was|should|needs?|has)\b)",
+    rf"\b(?:the\s+|(?<=in )|(?<=on )){_NUMBER}\s+(?:{_STRETCH})\b"
+    rf"|\b{_NUMBER}\s+(?:{_STRETCH})(?=\s+(?:is|was|should|needs?|has|half|at|slower|faster|higher|lower)\b)",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
@@ -121,6 +122,12 @@ _STOP = re.compile(
     re.IGNORECASE,
 )
 _BETWEEN = re.compile(r"\bbetween the (?:two |2 )?(?:stops|pauses|holds|halts|waits)\b", re.IGNORECASE)
+_OVER = re.compile(
+    r"\b(?:on the way over|in transit|(?:during|on|in) (?:the )?(?:transfer|transport)"
+    r"|while (?:it (?:is )?|you (?:are )?)?carr(?:ying|ies|y)(?: (?:it|the \w+))?)\b",
+    re.IGNORECASE,
+)
+_TRANSFER = re.compile(r"\bthe (?:transfer|transport)(?: (?:segment|part|move|leg|path|motion))?\b", re.IGNORECASE)
 _PICK = r"(?:the )?(?:pick(?:[- ]?up)?|grasp|drop(?:[- ]?off)|put[- ]?down|place|stops?|pauses?|holds?)(?: points?)?"
 _KEPT = re.compile(
     rf"\b(?:leave|keep) {_PICK}(?: and {_PICK})? "
@@ -129,6 +136,7 @@ _KEPT = re.compile(
 )
 _LASTS = (
     r"\b(?:(?:wait|pause|hold|stay|hover|stop) (?P<as>half|twice|three times) as long"
+    r"|(?:don'?t|do not) (?:wait|pause|hold|stay|hover|stop) (?P<less>so|that|as|quite so) long"
     r"|(?P<times>double|halve|half|triple) the (?:pause|wait|stop|hold|hover)(?: time)?)"
     r"(?: (?:at|by|near|over|in|above) (?:the )?(?P<at>%s))?\b(?! at| by| near| over| in| above)"
 )
@@ -169,7 +177,8 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         text = _LONGER.sub(r"\g<0> at the stop", text)
     if len(stops.at) == 2:
         (_, first), (last, _) = stops.at
-        text = _BETWEEN.sub(f"from waypoint {first + 1} to waypoint {last + 1}", text)
+        between = f"from waypoint {first + 1} to waypoint {last + 1}"
+        text = _BETWEEN.sub(between, _TRANSFER.sub(f"the path {between}", _OVER.sub(between, text)))
     return _SKIP.sub(stops.skipped, _STOP.sub(stops.numbered, text))
 
 
@@ -208,11 +217,11 @@ class _Stops:
 
     def lasting(self, found: re.Match[str]) -> str:
         """A stop that is to last half or twice as long as it does."""
-        said, name = (found["times"] or found["as"]).lower(), (found["at"] or "").lower()
-        meant = [stop for stop in self.at if not name or self.by(stop) == name]
-        if len(meant) != 1:
+        said, name = (found["times"] or found["as"] or "half").lower(), (found["at"] or "").lower()
+        if not self.at or (not name and len(self.at) > 1):
             return found[0]
-        first, last = meant[0]
+        away = self.scene[found["at"]].cuboid.signed(self.positions)[0] if name else np.zeros(len(self.positions))
+        first, last = min(self.at, key=lambda stop: float(away[stop[0]]))
         steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
         return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
 

@@ -125,15 +125,27 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
 def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     """A reading whose one wait is to last longer than the path stands there already: "wait 2 seconds longer"."""
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
-    waits = [frame for frame in (*reading.frames, *also) if isinstance(frame, F.Wait)]
+    waits = [frame for frame in (*reading.frames, *also) if isinstance(frame, F.Wait) or _hovers_at(frame)]
     words = _for_longer(said) if len(waits) == 1 else []
     if not words:
         return reading
-    longer: dict[F.SemanticFrame, F.SemanticFrame] = {wait: replace(wait, longer=True) for wait in waits}
+    longer: dict[F.SemanticFrame, F.SemanticFrame] = {wait: _longer(wait) for wait in waits}
     frames = tuple(longer.get(frame, frame) for frame in reading.frames)
     edits = tuple(replace(e, frame=longer.get(e.frame, e.frame)) if isinstance(e, Also) else e for e in reading.edits)
     unread = tuple(word for word in reading.unread if word not in words)
     return replace(reading, frames=frames, edits=edits, unread=unread)
+
+
+def _hovers_at(frame: F.SemanticFrame) -> bool:
+    """Whether a frame hovers at one object, so high as it does already."""
+    return isinstance(frame, F.Hover) and len(frame.objects) == 1 and frame.by is None
+
+
+def _longer(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A wait, or a stay above an object, as a wait that is to last longer than it does."""
+    if isinstance(frame, F.Hover):
+        return F.Wait(place=frame.objects[0], duration=frame.duration, longer=True, words=frame.words)
+    return replace(frame, longer=True)  # type: ignore[call-arg]
 
 
 def _for_longer(said: Sequence[Chunk]) -> list[str]:

@@ -467,11 +467,19 @@ def from_object(
         if nearest < keep:
             keep = max(nearest, least - SETTLED if support else least)
             body = replace(body, radius=core + keep, keep=keep)
-    elif original is not None and granted and robot.radius < (nearest := keep + body.closest(original)[0]) < keep:
-        if float((body.depth(original) < 0.0).mean()) >= WORKED_ON:
+    elif original is not None and granted and 0.0 < (nearest := keep + body.closest(original)[0]) < keep:
+        if _works_on(body, original, nearest > robot.radius):
             body = replace(body, radius=core + nearest, keep=nearest)
-            notes.append("along which the path works")
+            notes.append("at which the path works")
     return replace(body, note=", ".join(notes))
+
+
+def _works_on(body: Obstacle, path: Array, along: bool) -> bool:
+    """Whether a path (N, 3) [m] stands still too near to an object, or a good part of it runs along there."""
+    near = body.depth(path) < 0.0
+    repeats = (np.diff(path, axis=0) == 0.0).all(axis=1)
+    stands = near[:-1][repeats].any()
+    return bool(stands) or (along and float(near.mean()) >= WORKED_ON)
 
 
 WORKED_ON = 0.25
