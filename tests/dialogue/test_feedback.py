@@ -462,3 +462,11 @@ def test_the_other_half_and_the_other_one():
     session = after(("slow down near the red cup",)).draft()
     session.say("the other one as well")
     assert measured(session.current)["at_cup"] < 0.6 and measured(session.current)["at_bottle"] < 0.6  # the blue cup
+
+
+@pytest.mark.parametrize("said", ["ok, not quite that much", "hmm, something in between"])
+def test_a_correction_goes_back_no_further_than_the_last_one(said):
+    session = after(("go 10 cm higher", "a bit more")).draft()
+    high = measured(session.current)["up"]
+    assert session.say(said).usable
+    assert 0.1 < measured(session.current)["up"] < high

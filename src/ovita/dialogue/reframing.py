@@ -57,6 +57,9 @@ FURTHER = frozenset("also n plus too besides".split())
 FAR = 3.0
 """How many times as much, or as little, a bare number among unknown words may ask for without being shown first."""
 
+BETWEEN = frozenset("between halfway middle quite".split())
+"""Words for less than all of the way back to what was before the last correction."""
+
 TAKEN = {
     "accept": "it is right as it is; nothing is changed",
     "redo": "bring back what was taken back last",
@@ -389,23 +392,25 @@ class DialogueState:
         if len(edits) == 1 and isinstance(edits[0], Rescale):
             tuned = scaled(edits[0], feedback.frames, last.parameters)
             if tuned:
-                tuned = tuned if edits[0].factor else self._no_further_back(tuned, last)
                 return self._noted(feedback, last, self._rerun(last, tuned), "knobs")
         if all(isinstance(edit, Rescale | Set) for edit in edits):
-            return self._noted(feedback, last, self._adapt(last.instruction, last.original, after), "knobs")
+            result = self._adapt(last.instruction, last.original, after)
+            stated = any(isinstance(edit, Set) or (isinstance(edit, Rescale) and edit.factor) for edit in edits)
+            halfway = {} if stated else self._halfway(feedback.said, _numbers(result))
+            return self._noted(feedback, last, self._rerun(result, halfway) if halfway else result, "knobs")
         words = _joined([last.instruction, feedback.said], "; ")
         return self._noted(feedback, last, self._adapt(words, last.original, after), "reworded")
 
-    def _no_further_back(self, tuned: dict[str, float | int], last: Adaptation) -> dict[str, float | int]:
-        """New values of which none undoes all of the last correction: "not quite that much" is half of the way back."""
+    def _halfway(self, said: str, new: Mapping[str, float]) -> dict[str, float | int]:
+        """What undoes more than the last correction, half of the way back; or all of it: "something in between"."""
         steps = self.history.in_force
         if len(steps) < 2 or steps[-1].kind != "knobs":
-            return tuned
-        old, now = _numbers(steps[-2].adaptation), _numbers(last)
-        back = {name for name in tuned if name in old and (tuned[name] - old[name]) * (now[name] - old[name]) <= 0.0}
-        halfway = {name: (old[name] + now[name]) / 2.0 for name in back if now[name] != old[name]}
-        whole = {name for name in halfway if isinstance(tuned[name], int)}
-        return {**tuned, **{name: round(v) if name in whole else float(f"{v:.3g}") for name, v in halfway.items()}}
+            return {}
+        old, now = (_numbers(step.adaptation) for step in steps[-2:])
+        least = 0.0 if BETWEEN & {*said.lower().replace(".", " ").split()} else -1e-9
+        back = [k for k in new.keys() & old.keys() & now.keys() if (new[k] - old[k]) * (now[k] - old[k]) <= least]
+        middle = {k: (old[k] + now[k]) / 2.0 for k in back if now[k] != old[k]}
+        return {k: round(v) if isinstance(new[k], int) else float(f"{v:.3g}") for k, v in middle.items()}
 
     def _noted(
         self, feedback: Feedback, before: Adaptation | None, result: Adaptation, kind: Kind, on: FeedbackOn = "current"
