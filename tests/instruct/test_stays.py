@@ -188,6 +188,21 @@ def test_what_is_said_of_stops_is_of_where_the_path_stands():
     assert np.allclose(stands(up), stands(served)) and lowest(up, 0.5) > lowest(served, 0.5) + 0.045
 
 
+def test_nothing_goes_underground_where_the_path_is_lowered():
+    flight = way((0, 0, 0.2), (0, 0, 8), (20, 0, 8), (20, 0, 0.2), spacing=0.5, speed=2.0)
+    result = adapt(flight, "2 metres lower", scene=TABLE, writer="builtin")
+    assert result.status == "done" and result.adapted.positions[:, 2].min() >= 0.2
+    assert np.allclose(result.adapted.positions[30:45, 2], 6.0)
+
+
+def test_a_wider_berth_leaves_room_beside_another_thing():
+    chair, table = (SceneObject(n, np.array([5.0, y, 0.4]), [0.6] * 3) for n, y in (("chair", -1.2), ("table", 1.0)))
+    lane = way((0, 0, 0.4), (10, 0, 0.4), spacing=0.2, speed=0.5)
+    result = adapt(lane, "more room around the chair", scene=Scene((chair, table)), writer="builtin")
+    room = [thing.cuboid.closest(result.adapted.positions)[0] for thing in (chair, table)]
+    assert result.status == "done" and room[0] > 0.95 and room[1] >= 0.34
+
+
 def test_a_wait_that_feedback_adds_to_gets_longer():
     session = Session(SERVED, TABLE, writer="builtin")
     session.say("slower near the plate")

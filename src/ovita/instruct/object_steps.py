@@ -85,9 +85,9 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         call = f"traj = farther(traj, {ref}, times={name}{further})"
         builder.add(call, f"Multiply the distance to {about} by {times:g}{part}.", promise)
         return
-    by = builder.length(
-        q, nice(builder.effort * _push_needed(builder, item, _gain(builder, frame))), f'"farther from {about}"'
-    )
+    usual = nice(builder.effort * _push_needed(builder, item, _gain(builder, frame)))
+    usual = usual if q is not None or where else _without_crowding(builder, item, usual)
+    by = builder.length(q, usual, f'"farther from {about}"')
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
     reach = _reach(builder, where)
     if moving := _but_for_stays(builder, item, by, frame.part):
@@ -95,6 +95,22 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
     call = f"traj = farther(traj, {ref}, {name}{reach}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
+
+
+def _without_crowding(builder: PolicyBuilder, item: SceneObject, by: float) -> float:
+    """How much farther from an object [m] a word means: less where it would come much nearer to another one."""
+    others = [other for other in builder.scene if other is not item]
+    before = np.array([surface_distance(other, builder.positions) for other in others])
+    for less in CROWDED:
+        path = builder.after(f"farther(traj, {builder.ref(item)}, {by * less:g})")
+        room = np.array([surface_distance(other, path) for other in others])
+        if (room >= np.minimum(ROOM_LEFT * before, by * less)).all():
+            return nice(by * less)
+    return by
+
+
+CROWDED, ROOM_LEFT = (1.0, 0.7, 0.5, 0.35), 0.5
+"""Shares of a push that are tried, and what share of the room beside another object has to be left."""
 
 
 def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float, part: PathPart) -> PathPart | None:

@@ -11,6 +11,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.paths.geometry import is_level
+from ovita.paths.part import PathPart, both
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
@@ -140,7 +141,7 @@ def shift(builder: PolicyBuilder, frame: F.Shift) -> None:
     if not frame.offset:
         builder.ask("Which way should the path go?")
     knobs, words = _offset(builder, frame, frame.offset)
-    where, part = builder.part(frame.part)
+    where, part = builder.part(_above_ground(builder, frame, knobs))
     ends = sorted(builder.kept & {"start", "goal"})
     offset = arguments(knobs)
     if where or ends:
@@ -150,6 +151,22 @@ def shift(builder: PolicyBuilder, frame: F.Shift) -> None:
         builder.add(call, f"Shift the path {words}{stays}.", f"expect_moved({offset}{argument(where)})")
         return
     _shift_all(builder, knobs, words, {builder.word(said) for said, q in frame.offset if q is not None})
+
+
+def _above_ground(builder: PolicyBuilder, frame: F.Shift, knobs: Mapping[str, str]) -> PathPart:
+    """The part of a shift; one down by more than the path's ends are high leaves alone what would go underground."""
+    drop = builder.parameters[knobs["down"]].value if "down" in knobs else 0.0
+    heights = builder.positions @ builder.axis("up")
+    low = float(heights.min())
+    if not isinstance(drop, int | float) or not 0.0 <= low < drop or (heights >= low + drop).mean() < MOSTLY:
+        return frame.part
+    builder.assume(f"what is less than {low + drop:.3g} m above the ground stays")
+    above = PathPart("beyond", amount=short(low + drop), direction="up")
+    return both(frame.part, above) if frame.part else above
+
+
+MOSTLY = 0.5
+"""The share of a path that has to be so high that only its ends would go underground."""
 
 
 def _shift_all(builder: PolicyBuilder, knobs: Mapping[str, str], words: str, stated: set[str]) -> None:
