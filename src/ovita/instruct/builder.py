@@ -346,7 +346,19 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return replace(part, count=len(builder.trajectory))
     if part.kind == "near":
         return _resolved_near(builder, part, part.places[0])
-    return _led_between(builder, part) if part.kind == "between" else part
+    if part.kind == "between":
+        return _without_stops(builder, _led_between(builder, part))
+    return part
+
+
+def _without_stops(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """A part between two objects for a shift, without the stops at its ends."""
+    chosen = np.flatnonzero(part.mask(builder.trajectory, builder.scene))
+    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
+    moves = chosen[~stays(builder.trajectory.to_array())[chosen]] if shifts else chosen
+    if part.kind != "between" or len(moves) < 2 or (moves[0], moves[-1]) == (chosen[0], chosen[-1]):
+        return part
+    return PathPart("range", amount=float(moves[0]), until=float(moves[-1]))
 
 
 def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:

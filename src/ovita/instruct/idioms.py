@@ -73,7 +73,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (
             r"\b(?:set|put|plac|lay)(?:t?ing|e|ing)? (?:it|the \w+) down "
             r"(?P<by>(?:about |some |roughly |around )?\S+ \w+) "
-            r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b",
+            r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b(?: (?:in|on|of|at) the \w+)?",
             r"end \g<by> further \g<way>",
         ),
         (r"\b(?:a|one) (?=(?:second|sec|minute) (?:longer|more|earlier|later|sooner)\b)", "1 "),
@@ -99,6 +99,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?: moves?| movements?| motions?)?\b",
             "smoother",
         ),
+        (r",? just not (?:over|near|at|by|around|past) ", " except near "),
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
@@ -112,7 +113,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             "slow down at the end",
         ),
         (
-            r"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down "
+            r"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down (?:(?:on|onto|in|into|at) the \w+ )?"
             rf"(?={_MUCH}(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b)",
             "at the end slow down ",
         ),

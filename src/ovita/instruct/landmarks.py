@@ -127,7 +127,9 @@ _OVER = re.compile(
     r"|while (?:it (?:is )?|you (?:are )?)?carr(?:ying|ies|y)(?: (?:it|the \w+))?)\b",
     re.IGNORECASE,
 )
-_TRANSFER = re.compile(r"\bthe (?:transfer|transport)(?: (?:segment|part|move|leg|path|motion))?\b", re.IGNORECASE)
+_TRANSFER = re.compile(
+    r"\bthe (?:transfer|transport)(?: (?:segment|part|move|leg|path|motion))?\b(?! between\b)", re.IGNORECASE
+)
 _PICK = r"(?:the )?(?:pick(?:[- ]?up)?|grasp|drop(?:[- ]?off)|put[- ]?down|place|stops?|pauses?|holds?)(?: points?)?"
 _KEPT = re.compile(
     rf"\b(?:leave|keep) {_PICK}(?: and {_PICK})? "

@@ -126,11 +126,14 @@ def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float, part: P
     if not (distance[held] < least + by).any():
         return None
     free = selected & (np.abs(s[:, None] - s[held]) > STEEP * by).all(axis=1)
-    if distance[free].min(initial=np.inf) >= least + by:
+    if distance[free].min(initial=np.inf) >= least + by + APPROACHING * builder.scale.extent:
         return None
     builder.assume("start, goal and stops stay")
     return PathPart("indices", ranges=tuple(runs(free)), count=len(rows))
 
+
+APPROACHING = 0.1
+"""How much farther off than a stop the way to it may be to go farther in its place, as a share of the path's extent."""
 
 STEEP = 1.5
 """How many times as far along the path as its push a stop has to be for it to stay."""
