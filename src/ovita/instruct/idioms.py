@@ -213,7 +213,9 @@ def without_now(text: str, scene: Scene) -> str:
         scene: With the names of objects.
     """
     text = _AS_NOW.sub("", text)
-    if len(scene) < 2:
+    if len(scene) < 2 or re.search(
+        r"\b(?:leave|drop)\b", text, re.IGNORECASE
+    ):  # what is left there tells where it ends
         return text
     name = _names(scene)
     contrast = rf"(?P<one>{name}),? (?:instead of|rather than|(?:and )?not)(?: {_AT}| to| past| round| around)? {name}"
