@@ -26,6 +26,7 @@ SCENE = Scene(
         ("30 cm to the right, but start and stop at the same places", "move right=30cm; keep ends"),
         ("normal speed till the cup, after that only slowly", "keep speed @before=cup; pace slower @after=cup"),
         ("wait 10 seconds at the cup instead of 3", "wait at=cup for=10s"),
+        ("wait ten seconds at the cup instead of five.", "wait at=cup for=10s"),
         ("drive on the other side of the cup", "side cup other"),
         ("go 20 cm wider round the cup than now", "farther cup by=20cm"),
         ("stay 5 cm higher all the way", "move up=5cm"),
@@ -69,3 +70,9 @@ def test_what_a_turn_of_phrase_means(said, meant):
 )
 def test_an_or_is_an_and_between_two_things_alone(said, plain):
     assert plainer(said, SCENE) == plain
+
+
+def test_objects_with_numbers_are_named_by_them():
+    pylons = Scene(tuple(SceneObject(f"pylon {n}", [float(n), 0.0, 0.0], [0.1] * 3) for n in (1, 2, 3)))
+    assert plainer("a circle around the second pylon", pylons) == "a circle around pylon 2"
+    assert plainer("a circle around the second cup", pylons) == "a circle around the second cup"

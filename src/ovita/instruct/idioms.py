@@ -11,6 +11,7 @@ _ENDS = r"(?:start|begin)(?:ing)? and (?:stop|end|finish)(?:ing)?"
 _ON = r"(?:through|on|past|by|going|moving|driving|flying|rolling)"
 _GO = r"(?:go|drive|fly|walk|run|ride|move|roll|sail|travel|head|come)"
 _GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)ing)"
+_WORD = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty)"
 _MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
 _NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
 _N = r"\d+(?:\.\d+)?"
@@ -165,8 +166,21 @@ def plainer(text: str, scene: Scene) -> str:
     """
     for said, meant in _SAID:
         text = said.sub(meant, text)
+    text = _numbered(text, scene)
     for one, meant in _NAMED if scene.names else ():
         text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
+    return text
+
+
+def _numbered(text: str, scene: Scene) -> str:
+    """An utterance with the names of objects that are numbered: "the second pylon" for pylon 2."""
+    names = {name.lower() for name in scene.names}
+    for number, word in enumerate(("first", "second", "third", "fourth", "fifth"), 1):
+        for kind in {name.rpartition(" ")[0] for name in names if name.endswith(f" {number}")}:
+            if f"{word} {kind}" not in names and kind:
+                text = re.sub(
+                    rf"\b(?:the )?{word} {re.escape(kind)}\b(?! \d)", f"{kind} {number}", text, flags=re.IGNORECASE
+                )
     return text
 
 
@@ -202,7 +216,9 @@ CARGO = frozenset(
 _HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 
 
-_AS_NOW = re.compile(rf"\b(?:instead of|rather than) (?:the )?{_N}(?: ?{_UNIT})?(?![\w.])(?: {_NOW})?", re.IGNORECASE)
+_AS_NOW = re.compile(
+    rf"\b(?:instead of|rather than) (?:the )?(?:{_N}|{_WORD})(?: ?{_UNIT})?(?!\w|\.\d)(?: {_NOW})?", re.IGNORECASE
+)
 
 
 def without_now(text: str, scene: Scene) -> str:

@@ -64,14 +64,23 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
         share = APPROACH[degree(frame)] * (now + 0.1 * builder.scale.extent)
         gap, least = surface_distance(item, builder.positions), GAINS["slight"][1] * builder.scale.extent
         share = min(share, max(MOST_OF * gap, least))
-        usual = builder.step(frame) if frame.degree == "slight" else share
-        return builder.length(None, nice(builder.effort * usual), f'"closer to {item.name}"')
+        usual = nice(builder.effort * (builder.step(frame) if frame.degree == "slight" else share))
+        return builder.length(None, _not_too_close(builder, item, usual, gap), f'"closer to {item.name}"')
     shares = {"%": q.value, "x": 1 - (1 / q.value if q.value > 1 else q.value)}
     by = nice(now * shares.get(q.unit, 0.0)) or builder.metres(q, now)
     most = max(surface_distance(item, builder.positions), 0.0)
     if by > most + 1e-9:
         builder.assume(f"closer to {item.name} ends at its surface, {most:.3g} m closer, not {by:g} m")
     return by
+
+
+def _not_too_close(builder: PolicyBuilder, item: SceneObject, by: float, gap: float) -> float:
+    """How much closer to an object [m] a word means: less where a level path would come up to it for that."""
+    for less in CROWDED:
+        path = builder.after(f"closer(traj, {builder.ref(item)}, {by * less:g})")
+        if surface_distance(item, path) >= (1.0 - MOST_OF) / 2.0 * gap:
+            return nice(by * less)
+    return nice(by * CROWDED[-1])
 
 
 def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> None:
