@@ -3,7 +3,7 @@
 import pytest
 
 from ovita import Scene, SceneObject
-from ovita.instruct.idioms import plainer
+from ovita.instruct.idioms import plainer, without_cargo
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.referee import understand
@@ -70,6 +70,24 @@ def test_what_a_turn_of_phrase_means(said, meant):
 )
 def test_an_or_is_an_and_between_two_things_alone(said, plain):
     assert plainer(said, SCENE) == plain
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "we have to go left at the cup",
+        "I have to turn left",
+        "when you move to the left, slow down",
+        "before lowering the speed, go up",
+        "keep the part near the cup as it is",
+        "lower the lamp",
+        "lift the bottle",
+        "stop 2 m back from the cup",
+        "before it is set down",
+    ],
+)
+def test_what_is_no_turn_of_phrase_stays(said):
+    assert plainer(without_cargo(said, SCENE), SCENE) == said
 
 
 def test_objects_with_numbers_are_named_by_them():

@@ -396,13 +396,13 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     item = builder.scene[place]
     shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
     usual = builder.scale.near(builder.trajectory.positions, item)
-    reach, rest = _but_for_stays(builder, item, usual) if shifts else (usual, ())
+    reach, rest = _near_without_stays(builder, item, usual) if shifts else (usual, ())
     builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 
 
-def _but_for_stays(
+def _near_without_stays(
     builder: PolicyBuilder, item: SceneObject, reach: float
 ) -> tuple[float, tuple[tuple[int, int], ...]]:
     """How far from an object a shift near it reaches [m], and what it leaves alone there, as ranges.

@@ -11,17 +11,20 @@ _ENDS = r"(?:start|begin)(?:ing)? and (?:stop|end|finish)(?:ing)?"
 _ON = r"(?:through|on|past|by|going|moving|driving|flying|rolling)"
 _GO = r"(?:go|drive|fly|walk|run|ride|move|roll|sail|travel|head|come)"
 _GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)ing)"
-_WORD = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty)"
+_N = r"\d+(?:\.\d+)?"
+_WORD = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty|sixty)"
+_SOME = rf"(?:{_N}|{_WORD}|a few|few|many|some|no|lots of|plenty of)"
 _MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
 _NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
-_N = r"\d+(?:\.\d+)?"
 _TIME = r"(?:s|secs?|seconds?|min|minutes?)"
 _FARTHER = r"(?:higher|lower|further|farther|closer|nearer)"
-_UNIT = r"(?:s|secs?|seconds?|min|minutes?|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
+_UNIT = rf"(?:{_TIME}|mm|cm|m|centimet(?:re|er)s?|met(?:re|er)s?|m/s|times|percent|%)"
 _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
 _PART = r"(?:bit|part|stretch|piece|section|leg)"
 _AT = r"(?:in|at|on|over|by|with|near|above)"
 _BY = r"(?:over|above|around)"
+_SIDE = r"(?:the )?(?:left|right|front|back|side|start|goal)\b"
+_SOFTLY = r"(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b"
 
 _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
@@ -41,15 +44,19 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             "go ",
         ),
         (rf"\b{_GO} on (?=(?:the|its|his|her|their|my|your) (?:\w+ )?side\b)", "pass on "),
-        (rf"\b(?:when|while|as|whenever) (?:you|it|he|she|the \w+) {_GO}s? {_TO}", "on the way to "),
-        (rf"\b(?:when|while) {_GOES} {_TO}", "on the way to "),
+        (rf"\b(?:when|while|as|whenever) (?:you|it|he|she|the \w+) {_GO}s? {_TO}(?!{_SIDE})", "on the way to "),
+        (rf"\b(?:when|while) {_GOES} {_TO}(?!{_SIDE})", "on the way to "),
         (
             r"\b(?:(?:right |just |shortly )?before|when|while|as) (?:you |it |he |she )?"
             r"(?:sett?(?:s|ing)?|put(?:s|ting)?|plac(?:es?|ing)|lays?|laying|lower(?:s|ing)?) "
-            r"(?:it|them|him|her|that|the \w+)(?: down)?(?=\s*(?:$|[.,;!]|and\b))",
+            r"(?:it|them|him|her|that|the (?!speed|height|pace|path|start|goal|end)\w+)(?: down)?"
+            r"(?=\s*(?:$|[.,;!]|and\b))",
             "at the end",
         ),
-        (r",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: \w+){1,3} left\b", ""),
+        (
+            rf",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: only| just| about)? {_SOME}(?: \w+)? left\b",
+            "",
+        ),
         (
             r"(?:^|, ?| )\b(?:as |because |since )?(?:we|i|they)(?: are|'re| am|'m|re)"
             r"(?: running| already| a bit| very| so)* (?:late|behind schedule|in a hurry)\b",
@@ -91,8 +98,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (r"\b(?:there is |there's )?no need (?:to |for )(?:hurry|rush|race|speed)\b", "don't rush"),
         (r"\b(?:get it done|be done|be there|get there) in half (?:the|its) time\b", "go twice as fast"),
         (
-            r"\b(?:touch down|settle|come to rest|set down) (?=(?:a (?:bit|little) )?(?:more |very |nice and )?"
-            r"(?:gently|softly|slowly|slower|gentler|softer)\b)",
+            rf"\b(?:touch down|settle|come to rest|set down) (?={_MUCH}{_SOFTLY})",
             "at the end slow down ",
         ),
         (
@@ -104,7 +110,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (r"\bhand (?:it|them|the \w+) over\b", "at the end"),
         (r"\btoo much (?=(?:fast|slow|high|low|close|near|far|quick)\b)", "too "),
         (
-            rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further |farther |more )?back\b",
+            rf"\b(?P<stop>stop|end|finish|halt|park) (?P<q>\S+ {_UNIT}) (?:further|farther) back\b",
             r"\g<stop> \g<q> earlier",
         ),
         (rf"\b(?:the )?(?:last|final) {_PART} (?={_BY} )", ""),  # what is beside a thing is told by that alone
@@ -115,7 +121,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (
             r"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down (?:(?:on|onto|in|into|at) the \w+ )?"
-            rf"(?={_MUCH}(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b)",
+            rf"(?={_MUCH}{_SOFTLY})",
             "at the end slow down ",
         ),
         (
@@ -145,7 +151,7 @@ _NAMED: tuple[tuple[str, str], ...] = (
     ),
     (rf"(?P<earlier>\b\S+ {_UNIT} (?:earlier|sooner)) (?:from|of|before) %s", r"\g<earlier>"),
     (
-        r"\bstay (?:(?:in|at|on|over|by|with|near|above) )?(?P<at>%s)(?: a (?:bit|little|moment))? longer\b",
+        rf"\bstay (?:{_AT} )?(?P<at>%s)(?: a (?:bit|little|moment))? longer\b",
         r"wait longer at \g<at>",
     ),
     (rf"\bstay (?:a (?:bit|little|moment) )?longer {_AT} (?=%s)", "wait longer at "),
@@ -200,18 +206,17 @@ def without_cargo(text: str, scene: Scene) -> str:
         done = rf"^(?P<lead>\W*(?:please )?){re.escape(word)} (?={_MUCH}(?:slow|fast|quick|gentl|careful|more|less))"
         text = re.sub(done, r"\g<lead>", text, flags=re.IGNORECASE)
     named = {word.lower() for name in scene.names for word in name.split()}
-    cargo = "|".join(sorted(CARGO - named))
-    return re.sub(
-        rf"\b(?P<verb>{_HOLD}|raise|lower) (?:the|my|our) (?:{cargo})\b", r"\g<verb> it", text, flags=re.IGNORECASE
-    )
+    for verbs, things in ((rf"(?:{_HOLD}|raise|lower)", MOUNTED), ("(?:carry|bring|hold|transport)", CARRIED)):
+        unknown = "|".join(sorted(things - named))
+        text = re.sub(rf"\b(?P<verb>{verbs}) (?:the|my|our) (?:{unknown})\b", r"\g<verb> it", text, flags=re.IGNORECASE)
+    return text
 
 
-CARGO = frozenset(
-    """camera tray glass cup mug plate bowl spoon fork brush nozzle vial bottle jar box parcel package tool sensor
-    probe lens pen pencil torch lamp payload load tea coffee soup food basket bucket scanner sprayer sponge cloth
-    part""".split()
+MOUNTED = frozenset("camera tray brush nozzle tool sensor probe lens pen pencil scanner sprayer payload load".split())
+CARRIED = frozenset(
+    "glass cup mug plate bowl spoon fork vial bottle jar box parcel package tea coffee soup food".split()
 )
-"""What a robot carries, or has at its end, where the scene has no object of that name."""
+"""What a robot has at its end, and what it carries, where the scene has no object of that name."""
 
 _HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 
@@ -219,6 +224,9 @@ _HOLD = r"(?:carry|bring|hold|lift|transport|keep|put|set|place)"
 _AS_NOW = re.compile(
     rf"\b(?:instead of|rather than) (?:the )?(?:{_N}|{_WORD})(?: ?{_UNIT})?(?!\w|\.\d)(?: {_NOW})?", re.IGNORECASE
 )
+
+
+_LEFT_THERE = re.compile(r"\b(?:leave|drop)\b", re.IGNORECASE)  # where that is tells where the path ends
 
 
 def without_now(text: str, scene: Scene) -> str:
@@ -229,9 +237,7 @@ def without_now(text: str, scene: Scene) -> str:
         scene: With the names of objects.
     """
     text = _AS_NOW.sub("", text)
-    if len(scene) < 2 or re.search(
-        r"\b(?:leave|drop)\b", text, re.IGNORECASE
-    ):  # what is left there tells where it ends
+    if len(scene) < 2 or _LEFT_THERE.search(text):
         return text
     name = _names(scene)
     contrast = rf"(?P<one>{name}),? (?:instead of|rather than|(?:and )?not)(?: {_AT}| to| past| round| around)? {name}"

@@ -211,14 +211,14 @@ def _bend(builder: PolicyBuilder, end: str, to: str) -> str:
     shift, s = float(builder.shifts_by(call).max()), arc_length(rows[:, :3])
     ahead = (s if end == "start" else s[-1] - s)[stays(rows)]
     room = float(ahead[ahead > shift].min(initial=s[-1]))
-    blend = max(nice(min(GENTLY * shift, room) / max(float(s[-1]), 1e-9)), LEAST)
+    blend = max(nice(min(FOLLOWING * shift, room) / max(float(s[-1]), 1e-9)), LEAST)
     bent = f", blend={blend:g}"
     paths = builder.after(call), builder.after(f"{call[:-1]}{bent})")
     wide, narrow = (min((i.cuboid.closest(path)[0] for i in builder.scene), default=0.0) for path in paths)
     return bent if blend < HALF and narrow >= min(wide, usual_gap(builder)) else ""
 
 
-GENTLY, LEAST, HALF = 3.0, 0.05, 0.5
+FOLLOWING, LEAST, HALF = 3.0, 0.05, 0.5
 """How many times its shift of the path follows an end, and the least and the most share of the path that does."""
 
 
