@@ -37,10 +37,10 @@ def at_rest(page, seconds=0.8):
         camera, now = page.view.client.camera, time.monotonic()
         heard = page.evaluate(
             "() => { const box = ovitaTimeline.scene()?.getBoundingClientRect(), { camera } = ovitaTimeline.state();"
-            " return JSON.stringify([camera, box]); }"
+            " return [camera && camera.position, JSON.stringify([camera, box])]; }"
         )
-        state = (*camera.position, *camera.look_at, camera.image_width, camera.image_height, heard)
-        if state != seen:
+        state = (*camera.position, *camera.look_at, camera.image_width, camera.image_height, heard[1])
+        if state != seen or heard[0] is None or abs(camera.position - heard[0]).max() > 1e-6:
             seen, since = state, now
         return now - since > seconds
 

@@ -32,6 +32,15 @@ def state(page, what):
     return page.evaluate(f"() => ovitaTimeline.state().{what}")
 
 
+def stroke(page, first, *rest):
+    """Press at a waypoint and drag along others: each where it is by then, since a busy page moves its camera late."""
+    page.mouse.move(*place(page, first))
+    page.mouse.down()
+    for waypoint in rest:
+        page.mouse.move(*place(page, waypoint))
+    page.mouse.up()
+
+
 def drag(page, start, *points):
     page.mouse.move(*start)
     page.mouse.down()
@@ -99,7 +108,7 @@ def test_waypoints_are_picked_and_deleted_and_a_stroke_is_followed(studio, brows
     at_rest(page)
 
     page.keyboard.down("Shift")
-    drag(page, place(page, 15), place(page, 20), place(page, 30))
+    stroke(page, 15, 20, 30)
     page.keyboard.up("Shift")
     until(lambda: page.view.controller.selected is not None)
     assert abs(page.view.controller.selected[0] - 15) <= 3 and abs(page.view.controller.selected[1] - 30) <= 3
