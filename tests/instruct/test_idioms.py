@@ -13,6 +13,7 @@ SCENE = Scene(
         SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3),
         SceneObject("shelf B", [0.9, 0.1, 0.1], [0.1] * 3),
         SceneObject("plate", [1.4, 0.1, 0.1], [0.1] * 3),
+        SceneObject("paint pot", [1.9, 0.1, 0.1], [0.1] * 3),
     )
 )
 
@@ -48,8 +49,8 @@ SCENE = Scene(
         ("stay a bit longer at the cup", "wait at=cup longer"),
         ("don't go behind the cup, I can't see you", "side cup front"),
         ("get through the first half quicker, we're running late", "pace faster @first=50%"),
-        ("carry the shelf 5 cm higher over the cup", "move up=5cm @near=cup"),
-        ("shelf a bit slower at the cup", "pace slower deg=slight @near=cup"),
+        ("carry the paint 5 cm higher over the cup", "move up=5cm @near=cup"),
+        ("paint a bit slower at the cup", "pace slower deg=slight @near=cup"),
         ("no stop at the cup, just go on to the plate", "nonstop @near=cup"),
         ("slow down to 1 m/s near the cup, then speed up again", "pace set to=1m/s @near=cup; pace faster @after=cup"),
     ],

@@ -195,15 +195,16 @@ def _on_a_terminal() -> bool:
 
 def _accepted(file: str) -> Adaptation:
     """The proposal of a saved result, as it is; options that would change it are refused."""
-    context = click.get_current_context()
+    context, saved = click.get_current_context(), Adaptation.load(file)
+    same = "writer" if context.params.get("writer") in (saved.writer.kind, saved.writer.model) else ""
     for parameter in context.command.params:
         name = parameter.name or ""
-        if name not in ("file", *_ABOUT_OUTPUT) and context.get_parameter_source(name) == ParameterSource.COMMANDLINE:
+        given = context.get_parameter_source(name) == ParameterSource.COMMANDLINE
+        if given and name not in ("file", same, *_ABOUT_OUTPUT):
             raise RequestError(
                 f"{parameter.opts[0]} cannot change the proposal that {file} holds; say the instruction again with it,"
                 f" or accept without it"
             )
-    saved = Adaptation.load(file)
     if saved.proposal is None:
         raise RequestError(f"{file} holds no proposal to accept; its status is {saved.status!r}")
     return accept(saved)

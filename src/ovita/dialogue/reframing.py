@@ -22,7 +22,7 @@ from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
+from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
 from ovita.instruct.idioms import with_name
 from ovita.instruct.looking_back import EVEN
@@ -87,6 +87,24 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
         meaning = feedback.reading.question or "feedback on the last turn"
         failed = state._unchanged(said, _took(said, meaning))
         return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
+
+
+def back_first(said: str, state: DialogueState) -> tuple[str, str]:
+    """A step back that an utterance begins with, and what it asks for after that; "" and all of it elsewhere.
+
+    "Undo that and go left by 0.1", "forget everything and just go slower".
+    """
+    scene, frames = state.now.scene, _frames_of(state._results)
+    found, _ = chunks(said, scene, state.current.positions)
+    pause = next((chunk for chunk in found[1:] if chunk.kind in ("and", "comma", "dot")), None)
+    if pause is None or not state._results:
+        return "", said
+    first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
+    back = read_feedback(first, scene, frames, state.current.positions)
+    edits = () if back is None or back.unread else back.edits
+    goes = edits and all(isinstance(edit, Command) and edit.command in ("undo", "restart") for edit in edits)
+    goes = goes and not DENYING.issuperset(first.lower().split())  # "no, right" corrects
+    return (first, rest) if goes and _is_certain(state._read(rest)) else ("", said)
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from ovita.dialogue.history import (
     write_session,
 )
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
-from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, respond
+from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, back_first, respond
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal
@@ -168,6 +168,11 @@ class Session:
             selection,
             {"isolation": self.isolation, "progress": progress, "cancel": cancel},
         )
+        back, rest = back_first(instruction, state)
+        if back:
+            taken = self.say(back).taken
+            result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
+            return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
         found = respond(instruction, on, state)
         self._asked = found.asked
         if found.goto is not None:

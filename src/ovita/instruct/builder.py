@@ -348,14 +348,29 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return _resolved_near(builder, part, part.places[0])
     if part.kind == "between":
         return _without_stops(builder, _led_between(builder, part))
-    return part
+    return _since_the_stop(builder, part) if part.kind == "before" else part
+
+
+def _shifts(builder: PolicyBuilder) -> bool:
+    """Whether the present frame takes a part of the path elsewhere."""
+    return any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
+
+
+def _since_the_stop(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """The way to a place for a shift: from behind the last stop before it, where the path has one."""
+    chosen = part.mask(builder.trajectory, builder.scene)
+    moves = list(runs(chosen & ~stays(builder.trajectory.to_array())))
+    if not _shifts(builder) or not moves or moves[-1][0] <= 1:
+        return part
+    first, last = moves[-1]
+    builder.assume(f"{part.words()} is from waypoint {first + 1} to {last + 1}, as the path stands still before")
+    return PathPart("range", amount=float(first), until=float(last))
 
 
 def _without_stops(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """A part between two objects for a shift, without the stops at its ends."""
     chosen = np.flatnonzero(part.mask(builder.trajectory, builder.scene))
-    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
-    moves = chosen[~stays(builder.trajectory.to_array())[chosen]] if shifts else chosen
+    moves = chosen[~stays(builder.trajectory.to_array())[chosen]] if _shifts(builder) else chosen
     if part.kind != "between" or len(moves) < 2 or (moves[0], moves[-1]) == (chosen[0], chosen[-1]):
         return part
     return PathPart("range", amount=float(moves[0]), until=float(moves[-1]))
@@ -394,9 +409,8 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     if part.amount is not None:
         return part
     item = builder.scene[place]
-    shifts = any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
     usual = builder.scale.near(builder.trajectory.positions, item)
-    reach, rest = _near_without_stays(builder, item, usual) if shifts else (usual, ())
+    reach, rest = _near_without_stays(builder, item, usual) if _shifts(builder) else (usual, ())
     builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
@@ -509,8 +523,10 @@ def _beyond(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
 
 
 def _joined(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
-    sign = " & " if part.kind == "both" else " | "
-    return sign.join(f"({mask_code(builder, inner, traj)})" for inner in part.parts)
+    if part.kind == "both":
+        return " & ".join(f"({mask_code(builder, inner, traj)})" for inner in part.parts)
+    there = [inner for inner in part.parts if builder.waypoints(inner).any()]  # the path does not come near the others
+    return " | ".join(f"({mask_code(builder, inner, traj)})" for inner in there)
 
 
 def _listed(builder: PolicyBuilder, part: PathPart, traj: str) -> str:

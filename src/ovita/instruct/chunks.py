@@ -347,6 +347,11 @@ ABOUT = frozenset(
 )
 
 
+def _is_careful_there(at: _Place) -> bool:
+    """Whether care is slow: "be careful" at the cup, but "be careful" alone is an aside."""
+    return at.word == "be" and at.last == "careful" and at.behind in ("at", "near", "around", "by", "beside")
+
+
 def _is_lasting(at: _Place) -> bool:
     """Whether it says how long the way takes: "take" 20 s, finish "in" 10 s, it should "last" half a minute."""
     within = at.bare("in", "within") and at.before in ENDING
@@ -370,6 +375,7 @@ def _in_seconds(words: Sequence[str], begin: int) -> bool:
 _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
     (_is_lasting, ("lasting", 1)),
     (_ends_in, ("lasting", 0)),
+    (_is_careful_there, SHORTER),
     (_measured_half, SHORTER),  # "right" half a metre, "first" half-dozen
     (_is_short_by, SHORTER),
     (_is_right_there, ("plain", 1)),

@@ -244,8 +244,10 @@ def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
 def _object_left(it: Facts) -> str:
     """An object that no frame is about."""
     named = {name for frame in it.frames for name in frame.named}
-    for chunk in it.said:
-        if chunk.kind == "OBJ" and not named.intersection(chunk.names):
+    reason = next((i for i, chunk in enumerate(it.said) if chunk.kind == "because"), len(it.said))
+    for i, chunk in enumerate(it.said):
+        meant = i < reason or any(name.lower() in chunk.text.lower() for name in chunk.names)
+        if chunk.kind == "OBJ" and meant and not named.intersection(chunk.names):
             return f"{chunk.text!r} has no part in it."
     return ""
 
@@ -328,13 +330,10 @@ def _wish_left(it: Facts) -> str:
 
 def _share_lost(it: Facts) -> str:
     """A share of a thing's height, which no frame can hold: "no higher than half the mast"."""
-    lost = any(isinstance(frame, F.Height) and frame.of for frame in it.frames) and it.plain & HALVES
+    halves = frozenset(("half", "halve"))
+    lost = any(isinstance(frame, F.Height) and frame.of for frame in it.frames) and it.plain & halves
     held = set[float]().union(*map(_values, it.frames))
-    return f"{it.word(HALVES)} has no place in it." if lost and not _among(held, 0.5) else ""
-
-
-HALVES = frozenset(("half", "halve"))
-"""Classes of words for a half."""
+    return f"{it.word(halves)} has no place in it." if lost and not _among(held, 0.5) else ""
 
 
 def _other_deed(it: Facts) -> str:

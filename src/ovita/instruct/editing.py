@@ -161,6 +161,16 @@ def _changed(frames: Frames, on: str, fits: Callable[[F.SemanticFrame], object],
     return frames if i is None else _put_at(frames, i, change(frames[i]))
 
 
+def _parted(frames: Frames, on: str, change: Change) -> Frames:
+    """Frames with the part changed of the one that an edit is about, or of that of its directions which it names."""
+    i = chosen(frames, on, bool)
+    offset = () if i is None else _offset(frames[i])
+    if i is None or len(offset) < 2 or on not in dict(offset):
+        return _changed(frames, on, bool, change)
+    one = _with(frames[i], offset=tuple(pair for pair in offset if pair[0] == on))
+    return (*frames[:i], _without(frames[i], on), change(one), *frames[i + 1 :])
+
+
 def _put_at(frames: Frames, i: int, frame: F.SemanticFrame) -> Frames:
     return (*frames[:i], frame, *frames[i + 1 :])
 
@@ -412,8 +422,8 @@ _APPLIED: dict[type[Edit], Callable[[Any, Frames, Values], Frames]] = {
     Set: _set,
     Flip: lambda edit, frames, _: _changed(frames, edit.on, lambda f: _flip(f) != f, _flip),
     Replace: _replaced,
-    Restrict: lambda edit, frames, _: _changed(frames, edit.on, bool, lambda f: replace(f, part=edit.part)),
-    Except: lambda edit, frames, _: _changed(frames, edit.on, bool, lambda f: _outside(f, edit.part)),
+    Restrict: lambda edit, frames, _: _parted(frames, edit.on, lambda f: replace(f, part=edit.part)),
+    Except: lambda edit, frames, _: _parted(frames, edit.on, lambda f: _outside(f, edit.part)),
     Drop: _dropped,
     Again: _again,
     Also: _also,

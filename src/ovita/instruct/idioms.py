@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+from ovita.instruct.objects import head_of
 from ovita.paths.scene import Scene
 
 _ENDS = r"(?:start|begin)(?:ing)? and (?:stop|end|finish)(?:ing)?"
@@ -37,6 +38,28 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (rf"\b{_ENDS} (?:at|in|on) the same (?:place|spot|point|position)s?\b", "keep the start and the end"),
         (r"\b(?:normal|usual|regular) speed (?=till|until|up to)", "keep the speed "),
         (r"\bdown the middle\b", "through the middle"),
+        (r"\b(?:the|its|these|those) two ends\b", "both ends"),
+        (
+            r",? (?:until|till) (?:it|you|he|she) (?:stops|stop|halts|halt|arrives|arrive|ends|end|gets|get|is|are) "
+            r"(?:at|on|by|to) (?:the )?(?:goal|end|destination|finish)(?=\s*(?:$|[.,;!]))",
+            "",
+        ),
+        (  # said to the person, not to the robot
+            rf"^(?P<lead>\W*)quick[,!] "
+            rf"(?=(?:{_GO}|stay|keep|pass|shift|stop|wait|slow|lift|raise|lower|turn|end|swing)\b)",
+            r"\g<lead>",
+        ),
+        (
+            r"\b(?:whenever|when|if|where|wherever|while) (?:something|anything|(?:an?|any) (?:object|obstacle|thing)) "
+            r"(?:is|are|comes?|gets?)(?: less than| closer than| nearer than| within)? "
+            rf"(?P<q>{_N} ?{_UNIT})(?: away)?\b",
+            r"within \g<q> of any object",
+        ),
+        (
+            r"\bstop (?=(?:next to|at|by|near|beside|in front of|over|above) (?:(?!\band\b)[^.,;!?])+? "
+            r"(?:so(?: that)? \w+(?: \w+)? (?:can|may|could)|to let)\b)",
+            "wait ",
+        ),
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
         (
@@ -51,7 +74,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?:sett?(?:s|ing)?|put(?:s|ting)?|plac(?:es?|ing)|lays?|laying|lower(?:s|ing)?) "
             r"(?:it|them|him|her|that|the (?!speed|height|pace|path|start|goal|end)\w+)(?: down)?"
             r"(?=\s*(?:$|[.,;!]|and\b))",
-            "at the end",
+            "at the put-down",
         ),
         (
             rf",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: only| just| about)? {_SOME}(?: \w+)? left\b",
@@ -122,7 +145,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (
             r"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down (?:(?:on|onto|in|into|at) the \w+ )?"
             rf"(?={_MUCH}{_SOFTLY})",
-            "at the end slow down ",
+            "at the put-down slow down ",
         ),
         (
             # what follows a stop that is denied says no more than that
@@ -179,8 +202,11 @@ def plainer(text: str, scene: Scene) -> str:
 
 
 def _numbered(text: str, scene: Scene) -> str:
-    """An utterance with the names of objects that are numbered: "the second pylon" for pylon 2."""
+    """An utterance with the names of objects that are numbered: "the second pylon", "pylons 1 and 2"."""
     names = {name.lower() for name in scene.names}
+    for kind in {name.rpartition(" ")[0] for name in names if name[-1:].isdigit() and " " in name}:
+        pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{_UNIT}\b)\b"
+        text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
     for number, word in enumerate(("first", "second", "third", "fourth", "fifth"), 1):
         for kind in {name.rpartition(" ")[0] for name in names if name.endswith(f" {number}")}:
             if f"{word} {kind}" not in names and kind:
@@ -197,7 +223,7 @@ def without_cargo(text: str, scene: Scene) -> str:
         text: As it was said or typed.
         scene: With the names of objects.
     """
-    last = {name.split()[-1].lower() for name in scene.names}
+    last = {head_of(name.lower().split()) for name in scene.names}
     for word in sorted({word.lower() for name in scene.names for word in name.split()[:-1] if len(word) > 2} - last):
         whole = "|".join(re.escape(name) for name in scene.names if word in name.lower().split())
         carried = rf"\b(?P<verb>{_HOLD}) (?:the|my|our) (?!(?:{whole})\b){re.escape(word)}\b"

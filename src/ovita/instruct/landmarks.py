@@ -145,6 +145,11 @@ _LASTS = (
 TIMES = {"half": 0.5, "halve": 0.5, "twice": 2.0, "double": 2.0, "three": 3.0, "triple": 3.0}
 """What words for how long a stop is to last are to how long it lasts."""
 
+_PUT_DOWN = re.compile(r"\bat the put-down\b", re.IGNORECASE)
+_WAITS = re.compile(r"\b(?:wait|pause|hold|hover|stop|stay)", re.IGNORECASE)
+DRAWN_BACK, LAST_OF = 0.25, 0.25
+"""The most of a path that is no more than its drawing back, and what share of the way to a stop is coming down."""
+
 _LONGER = re.compile(
     r"\b(?:wait|hold|pause|stay)(?: for)?(?: [\d.]+ ?\w+)? longer\b"
     r"(?!\s+(?:at|in|on|over|above|near|by|there|before|with|than)\b)",
@@ -168,13 +173,14 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         positions: The path (N, 3) [m], or None.
     """
     if positions is None:
-        return text
+        return _PUT_DOWN.sub("at the end", text)
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
     stops = _Stops(scene, positions, tuple((a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)))
     if (turn := turning_back(positions, [a for a, _ in stops.at])) is not None:
         text = _BACK.sub(f"from waypoint {turn + 1} on", _OUT.sub(f"up to waypoint {turn + 1}", text))
     text = re.sub(_LASTS % "|".join([*map(re.escape, scene.names), "$"]), stops.lasting, text, flags=re.IGNORECASE)
     text = _KEPT.sub(stops.kept, text)
+    text = _PUT_DOWN.sub(stops.put_down(bool(_WAITS.search(text))), text)
     if len(stops.at) == 1:
         text = _LONGER.sub(r"\g<0> at the stop", text)
     if len(stops.at) == 2:
@@ -226,6 +232,22 @@ class _Stops:
         first, last = min(self.at, key=lambda stop: float(away[stop[0]]))
         steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
         return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
+
+    def put_down(self, waits: bool) -> str:
+        """Where something is set down: the end, or the last stop if the path but draws back from it upwards.
+
+        Args:
+            waits: Whether it is to wait there, so that the place is meant and not the way down to it.
+        """
+        s, path = arc_length(self.positions), self.positions
+        first, last = self.at[-1] if self.at else (0, 0)
+        back = path[-1] - path[last]
+        rise = float(back @ self.scene.frame.direction("up"))
+        if not last or s[-1] - s[last] > DRAWN_BACK * s[-1] or rise < np.linalg.norm(back) / np.sqrt(2.0):
+            return "at the end"
+        after = self.at[-2][1] if len(self.at) > 1 else 0
+        down = first - round(LAST_OF * (first - after))
+        return f"at waypoint {first + 1}" if waits else f"from waypoint {down + 1} to waypoint {first + 1}"
 
     def kept(self, _: re.Match[str]) -> str:
         """What is picked and placed, and stays: the stops, or the ends of a path without any."""

@@ -7,7 +7,7 @@ way to take it; their sums say how likely it is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from types import UnionType
 from typing import Literal, TypeAlias
@@ -15,7 +15,8 @@ from typing import Literal, TypeAlias
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import apply, slots
+from ovita.instruct.editing import apply, directions_of, slots
+from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
 from ovita.instruct.numerals import is_digits
@@ -46,7 +47,8 @@ def in_excess(
 ) -> tuple[E.Edit, ...]:
     """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
     numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
-    edits = tuple(_in_its_unit(edit, before, numbers) for edit in edits)
+    kinds = {chunk.kind for chunk in said}
+    edits = tuple(_one_way(_in_its_unit(edit, before, numbers), before, kinds) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
     if not any(words.values()):
         return edits
@@ -73,6 +75,14 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
     likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
     value = min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
     return replace(edit, quantity=replace(edit.quantity, value=value, unit="m", said=""))
+
+
+def _one_way(edit: E.Edit, before: Sequence[F.SemanticFrame], kinds: Set[str]) -> E.Edit:
+    """An edit of a part that is about the one direction which is named: "only the second half should be higher"."""
+    known = directions_of(before[-1]) if before else ()
+    named = [way for way in known if way in kinds]
+    one = isinstance(edit, E.Restrict | E.Except) and len(known) > 1 and len(named) == 1
+    return replace(edit, on=named[0]) if one and edit.on in ("", name_of(before[-1])) else edit
 
 
 def _stated(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:

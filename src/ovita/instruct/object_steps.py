@@ -10,7 +10,8 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
-from ovita.instruct.path_steps import APPROACH, OF, aimed, is_a_body, steps, usual_gap, waited
+from ovita.instruct.path_steps import APPROACH, CROWDED, OF, ROOM_LEFT, aimed, is_a_body, steps, usual_gap, waited
+from ovita.limits.problem import is_support
 from ovita.paths.geometry import closest_to_point, runs
 from ovita.paths.part import PathPart
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
@@ -118,10 +119,6 @@ def _without_crowding(builder: PolicyBuilder, item: SceneObject, by: float) -> f
     return by
 
 
-CROWDED, ROOM_LEFT = (1.0, 0.7, 0.5, 0.35), 0.5
-"""Shares of a push that are tried, and what share of the room beside another object has to be left."""
-
-
 def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float, part: PathPart) -> PathPart | None:
     """What goes farther from an object, where start, goal or a stop at another one is nearest to it; None elsewhere."""
     rows = builder.rows()
@@ -129,8 +126,11 @@ def _but_for_stays(builder: PolicyBuilder, item: SceneObject, by: float, part: P
         return None
     path, s, selected = rows[:, :3], arc_length(rows[:, :3]), builder.waypoints(part)
     distance = np.where(selected, item.core(path).depth(path), np.inf)
-    gaps = np.array([one.cuboid.signed(path)[0] for one in builder.scene])
-    held = np.flatnonzero(stays(rows) & (gaps.argmin(axis=0) != builder.scene.names.index(item.name)))
+    things = [one for one in builder.scene if one is item or not is_support(one)]
+    gaps = np.array([one.cuboid.signed(path)[0] for one in things])
+    # A place is at what it is the nearest to on the whole path, else at what is nearest there.
+    nearest = np.where(gaps <= gaps.min(axis=1, keepdims=True) + 1e-9, gaps, gaps + gaps.max())
+    held = np.flatnonzero(stays(rows) & (nearest.argmin(axis=0) != things.index(item)))
     least = float(distance.min())
     if not (distance[held] < least + by).any():
         return None
@@ -252,16 +252,18 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
             _over(builder, frame, item)
 
 
-def _through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", promise: str = "") -> None:
+def _through(
+    builder: PolicyBuilder, code: str, plan: str, offset: str = "", promise: str = "", among: str = ""
+) -> None:
     """Bend the path through a place, or a place beside it, and promise that it comes by there.
 
     The bend is narrower where a smaller one is gentle enough, and where there are several, which might meet.
     """
     most = 0.15 if sum(isinstance(f, F.Side | F.Visit) for f in builder.frames) > 1 else 0.3
-    before, call = builder.positions, f"go_through(traj, {code}{offset}, width={most:g})"
+    before, call = builder.positions, f"go_through(traj, {code}{offset}{among}, width={most:g})"
     shifts = builder.shifts_by(call)
     width = min(most, max(nice(GENTLE * float(shifts.max()) / max(float(arc_length(before)[-1]), 1e-9)), NARROWEST))
-    call = f"traj = go_through(traj, {code}{offset}{f', width={width:g}' if width < 0.3 else ''})"
+    call = f"traj = go_through(traj, {code}{offset}{among}{f', width={width:g}' if width < 0.3 else ''})"
     promise = promise or f"expect_visits({code}, within={builder.tolerance}{offset})"
     builder.add(call, plan, promise)
     bent = builder.positions
@@ -380,7 +382,8 @@ def _avoid(
 ) -> None:
     """Around what a path must not pass over or under, or between."""
     both = [item] if other is None else [item, other]
-    usual = max(builder.tolerance, *map(builder.room, both))
+    wide = builder.scale.step("moderate") if other is None and item.dimensions is None else 0.0  # a size as is usual
+    usual = max(builder.tolerance, wide, *map(builder.room, both))
     gap = builder.length(None, usual, f"the distance kept beside {names}")
     name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", direction="away")
     bodies = shut(frame.relation, item, other, gap, builder.positions, builder.scene.frame)
@@ -412,9 +415,10 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         if passes:
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
             place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
+            there = _nearest_pass(builder, item, axis * (half + gap))
             room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
             within = max(builder.tolerance, room)
-            _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})")
+            _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
             if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
                 builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
             continue
@@ -425,6 +429,22 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             holds=not where and bool((reach >= half + gap).all()),
         )
 
+
+def _nearest_pass(builder: PolicyBuilder, item: SceneObject, aside: Array) -> str:
+    """The argument that has the path's nearest pass by an object go aside (3,) [m] of it; "" where that would go."""
+    path = builder.positions
+    gap, level = item.distance(path), item.position + aside
+    up = builder.axis("up")
+    there = int(np.argmin(np.linalg.norm((path - level) - ((path - level) @ up)[:, None] * up, axis=1)))
+    near = gap <= BY_IT * gap.min()
+    if near[there]:
+        return ""
+    first, last = next(run for run in runs(near) if run[0] <= gap.argmin() <= run[1])
+    return f", among=between(traj, {first}, {last})"
+
+
+BY_IT = 1.25
+"""How many times as far off as the nearest a waypoint may be to belong to a pass by an object."""
 
 NIPPED = 0.75
 """The share of the gap beside a thing that the path keeps from its corners."""

@@ -44,7 +44,7 @@ SAME: tuple[frozenset[str], ...] = tuple(
 
 def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[str]]:
     """The descriptive words of each object: from its name, a line "name: ..." of the description, and its phrases."""
-    found = {item.name: set(words[item.name][:-1]) if len(words[item.name]) <= NAMED else set() for item in scene}
+    found = {name: set(_but_head(told)) if len(told) <= NAMED else set() for name, told in words.items()}
     for line in scene.environment.lower().splitlines():
         subject, colon, told = line.partition(":")
         named = _named_in(_words_of(subject), scene, words) if colon else []
@@ -55,8 +55,18 @@ def traits(scene: Scene, words: Mapping[str, tuple[str, ...]]) -> dict[str, set[
             pieces = _words_of(phrase)
             about = _named_in(pieces, scene, words)
             if len(about) == 1:
-                found[about[0].name] |= _traits_of(_said_of(pieces, pieces.index(words[about[0].name][-1])))
-    return {name: told - set(words[name][-1:]) for name, told in found.items()}
+                found[about[0].name] |= _traits_of(_said_of(pieces, pieces.index(head_of(words[about[0].name]))))
+    return {name: told - {head_of(words[name])} for name, told in found.items()}
+
+
+def head_of(words: Sequence[str]) -> str:
+    """The noun in the words of a name: the last, but for a number or a letter behind it ("pylon 2"); "" of none."""
+    return next((word for word in reversed(words) if len(word) > 1 and not word.isdigit()), "".join(words[-1:]))
+
+
+def _but_head(words: Sequence[str]) -> list[str]:
+    head = head_of(words)
+    return [word for word in words if word != head]
 
 
 def _traits_of(words: Sequence[str]) -> set[str]:
@@ -69,7 +79,7 @@ def _words_of(text: str) -> list[str]:
 
 def _named_in(pieces: list[str], scene: Scene, words: Mapping[str, tuple[str, ...]]) -> list[SceneObject]:
     """The objects that a phrase names: by their whole names, else by their heads."""
-    about = [item for item in scene if words[item.name] and words[item.name][-1] in pieces]
+    about = [item for item in scene if words[item.name] and head_of(words[item.name]) in pieces]
     return [item for item in about if set(words[item.name]) <= set(pieces)] or about
 
 
@@ -101,10 +111,18 @@ def name_words(item: SceneObject) -> tuple[str, ...]:
 def singular(word: str) -> str:
     """A noun without its plural s and without a possessive."""
     word = re.sub(r"['’]s?$", "", word)
+    if word in IRREGULAR:
+        return IRREGULAR[word]
     if len(word) > 4 and word.endswith(("xes", "ches", "shes", "sses")):
         return word[:-2]
     return word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word
 
+
+IRREGULAR = {
+    "people": "person", "children": "child", "men": "man", "women": "woman", "mice": "mouse", "geese": "goose",
+    "shelves": "shelf", "knives": "knife", "leaves": "leaf", "loaves": "loaf", "scarves": "scarf", "wolves": "wolf",
+}  # fmt: skip
+"""Plurals that end otherwise than in s."""
 
 GENERIC = frozenset("object obstacle thing item one landmark entity".split())
 QUANTIFIERS = frozenset("all both every each any either".split())
@@ -153,7 +171,7 @@ class Catalog:
         self.heads: dict[str, list[SceneObject]] = {}
         for item in scene:
             if 0 < len(self.words[item.name]) <= NAMED:
-                self.heads.setdefault(self.words[item.name][-1], []).append(item)
+                self.heads.setdefault(head_of(self.words[item.name]), []).append(item)
         self.names = self._all_names()
         self.longest = max((len(name) for name in self.names), default=0)
         self.traits = traits(scene, self.words)

@@ -106,7 +106,8 @@ def _offset(
     words = []
     for said, q in offset:
         direction = builder.word(said)
-        value = builder.length(q, _step(builder, frame, direction), f'"{MUCH[degree(frame)]}{direction}"')
+        step = _without_crowding(builder, frame, direction, _step(builder, frame, direction))
+        value = builder.length(q, step, f'"{MUCH[degree(frame)]}{direction}"')
         direction, value = (direction, value) if value >= 0 else (OPPOSITE[direction], -value)
         if value == 0 or not {direction, OPPOSITE[direction]}.isdisjoint(knobs):
             builder.ask(f"Which way should it go, and how far {direction}?")
@@ -125,6 +126,26 @@ def _step(builder: PolicyBuilder, frame: F.SemanticFrame, direction: str) -> flo
     if height <= 0.0 or (direction == "down" and step < height):
         return step
     return nice(min(step, max(height / 2.0, TALL if direction == "up" else 0.0)))
+
+
+def _without_crowding(builder: PolicyBuilder, frame: F.SemanticFrame, direction: str, step: float) -> float:
+    """How far a word shifts a part [m]: less where most of the room beside an object of known size would be gone."""
+    moving = builder.waypoints(frame.part) if isinstance(frame, F.Shift) and frame.part else np.zeros(0, dtype=bool)
+    path = builder.positions
+    things = [item for item in builder.scene if item.dimensions is not None]
+    if len(moving) != len(path) or not moving.any() or not things:
+        return step
+    before = np.array([float(item.cuboid.closest(path)[0]) for item in things])
+    for less in CROWDED:
+        shifted = path + less * step * moving[:, None] * builder.axis(direction)
+        room = np.array([float(item.cuboid.closest(shifted)[0]) for item in things])
+        if ((room >= ROOM_LEFT * before) | (room >= less * step) | (before <= 0.0)).all():
+            break
+    return nice(less * step)
+
+
+CROWDED, ROOM_LEFT = (1.0, 0.7, 0.5, 0.35, 0.2), 0.5
+"""Shares of a shift or push that are tried, and what share of the room beside an object has to be left."""
 
 
 def _room_beside(builder: PolicyBuilder) -> float:

@@ -13,7 +13,6 @@ from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, direction_word, mask_code
 from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.frames import name_of
-from ovita.instruct.notation import show
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS, on_the_way, stop_by
 from ovita.instruct.path_steps import PATH_STEPS
@@ -83,8 +82,9 @@ def realise(
     """
     builder = PolicyBuilder(trajectory, scene, effort, robot, frames)
     keeps = [frame for frame in frames if isinstance(frame, F.Keep)]
-    for question in conflicts(frames, scene.frame):
-        builder.ask(question)
+    for one, other in conflicts(frames, scene.frame):
+        first, second = (realise((frame,), trajectory, scene).plan for frame in (one, other))
+        builder.ask(f"{' '.join(first)!r} and {' '.join(second)!r} contradict each other: which one is meant?")
     for number, frame in sorted(enumerate(frames), key=lambda pair: _rank(pair[1], builder)):
         builder.frame = number
         for one in _there(builder, frame):
@@ -220,15 +220,15 @@ def _leave_to_later(builder: PolicyBuilder) -> None:
         return  # what does not run here is tried in the sandbox
 
 
-def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[str]:
-    """Questions about frames that cannot both be met."""
+def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[tuple[F.SemanticFrame, F.SemanticFrame]]:
+    """Pairs of frames that cannot both be met."""
     for one, other in permutations(frames, 2):
         if (
             (isinstance(one, F.Keep) and _kept_from(one, other, axes))
             or _opposed(one, other, axes)
             or _shunned(one, other)
         ):
-            yield f"{show([one])!r} and {show([other])!r} contradict each other: which one is meant?"
+            yield one, other
 
 
 def _shunned(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:

@@ -514,7 +514,12 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str],
             return True
     if len(said) <= CURT and _matters(said, left, certain):
         return True
-    return any(map(_is_strange_wish, clauses(said)))
+    figure_left = any(chunk.kind in FIGURES and chunk.text in left for chunk in said)
+    return figure_left or any(map(_is_strange_wish, clauses(said)))
+
+
+FIGURES = frozenset("circle spiral eight zigzag".split())
+"""Classes of words for a figure; one that is left is what the wish is about."""
 
 
 def _is_strange_wish(clause: Sequence[Chunk]) -> bool:

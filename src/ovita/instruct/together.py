@@ -88,7 +88,9 @@ def in_turn(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F
 
 
 def at_speed(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with a speed that is told behind a comma as the one to go at: "climb slower, 1 m/s"."""
+    """Frames with a speed as it is told: behind a comma ("climb slower, 1 m/s"), or as "half as fast"."""
+    if any((a.kind, b.kind) == ("halve", "faster") and a.text.lower().endswith("as") for a, b in pairwise(said)):
+        frames = [_halved(frame) for frame in frames]
     if not any(b.kind == "Qv" and (a.kind == "comma" or a.text.lower() in TOLD) for a, b in pairwise(said)):
         return tuple(frames)
     match frames:
@@ -97,6 +99,14 @@ def at_speed(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[
         case [F.Pace(change="slower" | "faster", amount=None) as pace, F.Pace(change="set") as then] if not then.part:
             return (replace(then, part=pace.part, words=(*pace.words, *then.words)),)
     return tuple(frames)
+
+
+def _halved(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A frame that takes "half as fast" for faster by a half as half the speed."""
+    match frame:
+        case F.Pace(change="faster", amount=F.Quantity(value=0.5, unit="%" | "x") as q):
+            return replace(frame, change="set", amount=replace(q, unit="x", role="to"))
+    return frame
 
 
 TOLD = ("say", "like", "about", "maybe", "roughly", "around")

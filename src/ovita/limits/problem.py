@@ -279,6 +279,9 @@ def _tell(check: ConstraintCheck, status: Status, moved: bool) -> list[str]:
     where = at(check.place, check.where_after)
     if status == "preexisting":
         how = f"passes {text} too close to {subject}" if check.name == "obstacle" else f"breaks {subject} by {text}"
+        if (original := check.violation_original) is not None and original > check.violation_after + 1e-3:
+            was = how.replace(text, f"{amount(original)} {check.unit}", 1)
+            return [f"The original path already {was}; now that is {text}{where}."]
         kept = "no worse than before" if moved or not check.geometric else "the path as it was"
         return [f"The original path already {how}{where}; this change leaves {kept}."]
     if check.name == "obstacle":

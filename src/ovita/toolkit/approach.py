@@ -174,8 +174,9 @@ def keep_distance(
     The distance holds on the whole path, between waypoints too, and no more than that is kept: a stretch that comes too
     near is shifted in the direction in which it is out soonest, clear of all the objects, until it passes at just that
     distance. The path before and behind it follows, over about 3 times the shift; where an end is too near for that, it
-    goes straight for the object and lies against it, as a rubber band. A level path stays level. A start or
-    goal that is too near moves too. On a part, the waypoints beside it follow in the same way.
+    goes straight for the object and lies against it, as a rubber band. A level path stays level, and none goes under
+    the ground, z = 0. A start or goal that is too near moves too. On a part, the waypoints beside it follow in the same
+    way.
 
     Args:
         obj: Object or point (3,) [m], or a list of them.
@@ -205,7 +206,10 @@ def keep_distance(
                 shift = _level_shift(away, np.minimum(distance, outer), up, rows)
             moved[beyond] = rows[beyond, :3] + shift[beyond]
     if at_least is not None and not all(_clear(target, moved, selected, gap) for target in targets):
-        moved = kept_out(moved, [around(target, gap) for target in targets], selected, up if level else None)
+        bodies = [around(target, gap) for target in targets]
+        around_them = kept_out(moved, bodies, selected, up if level else None)
+        under = float((around_them @ up).min()) < -ROUNDING <= float((moved @ up).min())
+        moved = kept_out(moved, bodies, selected, up) if under else around_them
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
@@ -387,6 +391,7 @@ def go_through(
     *,
     aim: Aim = "centre",
     width: float = 0.3,
+    among: ArrayLike | None = None,
     frame: Frame = RFU,
     recorder: Recorder | None = None,
     **offset: Unpack[Offset],
@@ -397,13 +402,14 @@ def go_through(
         at: Object or point (3,) [m].
         offset: Direction words and metres of it, such as left=0.2.
         width: Fraction (0..1) of the path's length on either side that is bent.
+        among: Mask (N,) of the waypoints of which the nearest goes there, or None for all waypoints.
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
     target = arguments.aimed(at, aim, frame, rows[:, :3], shift, "at")
     window = arguments.number(width, "width", low=0.0, high=1.0)
     note_contact(recorder, at, shift)
-    i, weights = _jump(rows, target, window, 0.0, "go_through")
+    i, weights = _jump(rows, target, window, 0.0, "go_through", arguments.mask(among, len(rows)))
     touched = weights > 0.0
     fraction = fractions(rows[:, :3])
     same = fraction == fraction[i]
@@ -555,8 +561,10 @@ def _window(rows: Array, centre: Array, share: float) -> Mask:
     return np.asarray((index >= inside[0] - 1) & (index <= inside[-1] + 1))
 
 
-def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> tuple[int, Array]:
-    """The waypoint nearest to a point, ends aside, and the weights (N,) of a jump there.
+def _jump(
+    rows: Array, centre: Array, share: float, level: float, name: str, among: Mask | None = None
+) -> tuple[int, Array]:
+    """The waypoint nearest to a point, of some, ends aside, and the weights (N,) of a jump there.
 
     They are 1 within `level` of that waypoint, and 0 beyond `share` more, at both ends of the path, and from a stop on
     that is no nearer along the path than the point is to it. The waypoint is twice `level` from both ends, where there
@@ -569,6 +577,8 @@ def _jump(rows: Array, centre: Array, share: float, level: float, name: str) -> 
     from_end = np.minimum(fraction[inner], 1.0 - fraction[inner])
     roomy = inner[from_end >= min(2.0 * level, LEAST_ROOM)]
     inner = roomy if len(roomy) else inner
+    if among is not None and among[inner].any():
+        inner = inner[among[inner]]
     i = int(inner[np.argmin(lengths(rows[inner, :3] - centre))])
     gap = fraction - fraction[i]
     aside = float(lengths(centre - rows[i, :3])) / max(float(arc_length(rows[:, :3])[-1]), ROUNDING)
