@@ -284,7 +284,8 @@ class Adaptation:
         ends = moved_ends(proposal.changes, "would move") if proposal.changes else []
         said += [sentence(text) for text in ends]
         said += [f"Not used: {quoted(self.unplaced)}."] if self.unplaced else []
-        return " ".join([*said, *self.warnings, *_COMES_OUT.get(proposal.status, ())])
+        kept = proposal.status == "limited" and not proposal.by_limits
+        return " ".join([*said, *self.warnings, *_COMES_OUT.get("" if kept else proposal.status, ())])
 
     def __repr__(self) -> str:
         return f"<Adaptation {shortened(self.instruction)}: {self.status}; {self.adapted!r}>"
@@ -455,7 +456,7 @@ class Adaptation:
         return cls.from_document(load_document(path), file=str(path))
 
 
-_COMES_OUT = {
+_COMES_OUT: Mapping[str, tuple[str, ...]] = {
     "limited": ("The limits would change it.",),
     "not_as_meant": ("It would not come out as meant.",),
     "infeasible": ("The limits could not all hold.",),

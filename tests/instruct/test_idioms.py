@@ -53,6 +53,15 @@ SCENE = Scene(
         ("paint a bit slower at the cup", "pace slower deg=slight @near=cup"),
         ("no stop at the cup, just go on to the plate", "nonstop @near=cup"),
         ("slow down to 1 m/s near the cup, then speed up again", "pace set to=1m/s @near=cup; pace faster @after=cup"),
+        ("Quick, stay at least 40 cm clear of the plate!", "clearance plate at_least=40cm"),
+        ("slow down within 20 cm of the cup until it stops at the goal", "pace slower @near=cup,20cm"),
+        ("stop 15 cm above the plate", "end goal up=15cm to=plate"),
+        ("stop 15 cm above the plate for 2 seconds", "hover plate by=15cm for=2s"),
+        ("stop next to the plate so grandma can see it", "wait at=plate"),
+        ("be careful at the cup", "pace slower @near=cup"),
+        ("speed up, but be careful at the cup", "pace faster @!near=cup; pace slower @near=cup"),
+        ("go half as fast where it climbs", "pace set to=0.5x @rising"),
+        ("stay 2 cm lower over the plate so the paint doesn't run", "move down=2cm @near=plate"),
     ],
 )
 def test_what_a_turn_of_phrase_means(said, meant):
@@ -95,3 +104,33 @@ def test_objects_with_numbers_are_named_by_them():
     pylons = Scene(tuple(SceneObject(f"pylon {n}", [float(n), 0.0, 0.0], [0.1] * 3) for n in (1, 2, 3)))
     assert plainer("a circle around the second pylon", pylons) == "a circle around pylon 2"
     assert plainer("a circle around the second cup", pylons) == "a circle around the second cup"
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("at most 2 m/s near the tree", "pace at_most=2m/s @near=tree"),
+        ("go 2 metres higher at no more than 1 m/s", "move up=2m; pace at_most=1m/s"),
+        ("keep 3 m away from both pylons", "clearance pylon_1+pylon_2 at_least=3m"),
+        ("keep 3 m away from pylons 1 and 2", "clearance pylon_1+pylon_2 at_least=3m"),
+        ("stay clear of the shelves by 1 m", "clearance shelf_A+shelf_B at_least=1m"),
+    ],
+)
+def test_the_number_of_a_thing_is_no_name_of_it(said, meant):
+    names = ("pylon 1", "pylon 2", "tree", "shelf A", "shelf B")
+    scene = Scene(tuple(SceneObject(name, [float(n), 0.0, 0.0], [0.1] * 3) for n, name in enumerate(names)))
+    verdict = understand(said, scene)
+    assert same(verdict.reading.frames, parse(meant, scene.names)), show(verdict.reading.frames)
+    assert verdict.outcome == "do"
+
+
+def test_a_figure_that_is_not_read_is_shown_first():
+    assert understand("make the circles at the cup half as big", SCENE).outcome == "needs_confirmation"
+
+
+@pytest.mark.parametrize(
+    "said", ["when anything is within 20 cm, slow down", "slow down whenever something is closer than 20 cm"]
+)
+def test_anything_that_is_near_is_any_object(said):
+    verdict = understand(said, SCENE)
+    assert same(verdict.reading.frames, parse("pace slower @near=cup+shelf_B+plate+paint_pot,20cm", SCENE.names))

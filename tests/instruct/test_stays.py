@@ -217,3 +217,83 @@ def test_undo_takes_back_an_open_proposal_first():
     assert session.say("closer to the plate, say 5 cm").proposal is not None
     session.say("undo that")
     assert session.current == before and session.pending is None
+
+
+PLACED = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.2), (1.0, 0.0, 0.1), (1.0, 0.0, 0.18), stops=(1, 3))
+"""It picks at the rack, sets down at the bin, and draws back."""
+
+
+def test_the_way_to_a_stop_begins_behind_the_last_one():
+    up = adapt(PLACED, "go 5 cm higher on the way to the bin", scene=TABLE, writer="builtin").adapted
+    assert np.allclose(stands(up), stands(PLACED)) and np.allclose(up.positions[0], PLACED.positions[0])
+    assert lowest(up, 0.5) == pytest.approx(lowest(PLACED, 0.5) + 0.05, abs=0.003)
+
+
+def test_where_something_is_set_down_is_the_stop_that_the_path_draws_back_from():
+    result = adapt(PLACED, "wait 4 seconds before putting it down", scene=TABLE, writer="builtin")
+    assert result.status == "done" and np.allclose(stands(result.adapted), stands(PLACED))
+    slow = adapt(PLACED, "put it down more gently", scene=TABLE, writer="builtin").adapted
+    x = PLACED.positions[:, 0]
+    moving = PLACED.speeds > 0
+    assert (slow.speeds < PLACED.speeds)[moving & (x > 0.8)][:5].all() and (slow.speeds == PLACED.speeds)[x < 0.6].all()
+    assert by_stops("slower at the put-down", TABLE, CARRY.positions) == "slower at the end"
+
+
+def test_farther_from_a_thing_moves_the_stop_that_is_nearest_to_it():
+    lamp = SceneObject("lamp", np.array([0.2, 0.5, 0.3]), [0.1] * 3)
+    camera = SceneObject("vase", np.array([0.0, -0.6, 0.1]), [0.1] * 3)
+    result = adapt(SERVED, "5 cm farther from the vase", scene=Scene((lamp, camera)), writer="builtin")
+    gap = [camera.cuboid.closest(t.positions)[0] for t in (SERVED, result.adapted)]
+    assert result.status == "done" and gap[1] == pytest.approx(gap[0] + 0.05, abs=0.003)
+
+
+def test_a_word_shifts_a_part_no_nearer_to_a_thing_than_leaves_room():
+    walls = [SceneObject(n, np.array([5.0, y, 0.5]), [1.0] * 3) for n, y in (("visitor", -1.6), ("cabinet", 1.4))]
+    lane = way((0, 0, 0.5), (10, 0, 0.5), spacing=0.2, speed=0.5)
+    result = adapt(lane, "further left when you pass the visitor", scene=Scene(tuple(walls)), writer="builtin")
+    assert result.usable and walls[1].cuboid.closest(result.adapted.positions)[0] > 0.25
+
+
+def test_the_nearest_pass_is_the_one_that_changes_side():
+    fan = SceneObject("fan", np.array([0.0, 0.0, 0.5]), [0.2] * 3)
+    twice = way((-1.0, 3.0, 0.5), (-1.0, -3.0, 0.5), (0.5, -3.0, 0.5), (0.5, 3.0, 0.5), spacing=0.1)
+    result = adapt(twice, "pass the fan on its other side", scene=Scene((fan,)), writer="builtin")
+    back = result.adapted.positions[len(twice) * 5 // 8 :]
+    assert result.status == "done" and back[np.argmin(np.abs(back[:, 1])), 0] < -0.1
+
+
+def test_no_way_around_goes_underground():
+    person = SceneObject("person", np.array([1.0, 0.0, 0.4]))
+    low = way((0, 0, 0.6), (1, 0.02, 0.15), (2, 0, 0.6), spacing=0.05)
+    result = adapt(low, "keep half a metre away from the person", scene=Scene((person,)), writer="builtin")
+    assert result.usable and result.adapted.positions[:, 2].min() >= 0.0
+
+
+def test_what_has_no_known_size_is_not_passed_over_by_a_hand():
+    mat = SceneObject("mat", np.array([1.0, 0.08, 0.0]))
+    result = adapt(way((0, 0, 0.3), (2, 0, 0.3)), "don't fly right over the mat", scene=Scene((mat,)), writer="builtin")
+    path = (accept(result) if result.proposal else result).adapted.positions
+    assert np.linalg.norm((path - mat.position)[:, :2], axis=1).min() > 0.15
+
+
+def test_a_question_about_a_contradiction_is_in_plain_words():
+    result = adapt(SERVED, "faster near the plate and slower near the plate", scene=TABLE, writer="builtin")
+    assert result.status == "needs_clarification" and "pace" not in result.question and "speed" in result.question
+
+
+@pytest.mark.parametrize("back", ["undo that", "forget everything"])
+def test_a_step_back_and_another_wish_are_two_steps(back):
+    session = Session(SERVED, TABLE, writer="builtin")
+    session.say("5 cm higher near the plate")
+    result = session.say(f"{back} and go 10 cm to the left")
+    assert result.status == "done"
+    assert np.allclose(result.adapted.positions - SERVED.positions, [-0.1, 0.0, 0.0])
+
+
+def test_feedback_on_one_of_two_directions_leaves_the_other():
+    session = Session(SERVED, TABLE, writer="builtin")
+    session.say("10 cm left and 5 cm up")
+    result = session.say("only the second half should be higher")
+    moved = result.adapted.positions - SERVED.positions
+    assert result.status == "done" and np.allclose(moved[:, 0], -0.1)
+    assert (moved[:20, 2] == 0.0).all() and moved[-1, 2] == pytest.approx(0.05)

@@ -255,7 +255,7 @@ def constraints_from(options: dict[str, Any]) -> ConstraintOptions:
 
 _VERDICTS: dict[Status, tuple[int, str]] = {
     "done": (0, "done"),
-    "limited": (5, "done, but changed by the limits"),
+    "limited": (5, "done, but see the limits"),
     "not_as_meant": (6, "not as meant"),
     "infeasible": (EXIT_REFUSED, "infeasible"),
     "needs_confirmation": (EXIT_NOTHING, "not done: is that meant?"),

@@ -235,6 +235,8 @@ class DialogueState:
         offline = results and self._offline and not vaguely_where(said, self.now.scene)
         read = refereed if offline else read_feedback
         reading = read(said, self.now.scene, frames, self.current.positions, self._read)
+        if reading is not None and reading.question and self.history.in_force:
+            reading = self._of_the_newest(said) or reading
         if results and not _is_certain(self._read(said)):
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
@@ -244,6 +246,16 @@ class DialogueState:
         feedback = Feedback(said, reading, frames, first, values)
         doable = not results or results[-1].frames or self._by_parameters(feedback, results[-1])
         return feedback if doable else None
+
+    def _of_the_newest(self, said: str) -> Reading | None:
+        """Feedback that could be about several frames, on the one that the last step added; None if it added none."""
+        *earlier, last = (step.adaptation.frames for step in self.history.in_force)
+        known = [frame for frames in earlier for frame in frames]
+        new = [frame for frame in last if known and frame not in known]
+        reading = read_feedback(said, self.now.scene, new, self.current.positions) if len(new) == 1 else None
+        if reading is None or reading.question or not reading.edits:
+            return None
+        return replace(reading, edits=tuple(replace(edit, on=edit.on or name_of(new[0])) for edit in reading.edits))
 
     def _parameters_named(self, said: str, last: Adaptation, reading: Reading | None) -> dict[str, float]:
         """New values of parameters that an utterance calls by name, where nothing else was read from all of it."""

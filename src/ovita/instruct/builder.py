@@ -335,7 +335,8 @@ def argument(mask: str) -> str:
 def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """A part of the path with what it leaves open filled in, which is told."""
     if part.parts:
-        return replace(part, parts=tuple(resolved(builder, inner) for inner in part.parts))
+        whole = replace(part, parts=tuple(resolved(builder, inner) for inner in part.parts))
+        return whole if whole.mask(builder.trajectory, builder.scene).any() else _end_of_part(builder, whole)
     if part.direction:
         return replace(part, amount=part.amount or 0.0, direction=builder.word(part.direction))
     if part.kind in SHARES and part.amount is None:
@@ -348,23 +349,25 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return _resolved_near(builder, part, part.places[0])
     if part.kind == "between":
         return _without_stops(builder, _led_between(builder, part))
-    return _since_the_stop(builder, part) if part.kind == "before" else part
+    return part
+
+
+def _end_of_part(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """The last so much of what is before a place, or the first of what is after it; any other part as it is."""
+    kinds = [inner.kind for inner in part.parts]
+    if part.kind != "both" or kinds not in (["last", "before"], ["first", "after"]):
+        return part
+    end, side = part.parts
+    chosen = np.flatnonzero(side.mask(builder.trajectory, builder.scene))
+    if len(chosen) < 2:
+        return part
+    inside = chosen[end.mask(builder.trajectory[chosen[0] : chosen[-1] + 1], builder.scene)]
+    return PathPart("range", amount=float(inside[0]), until=float(inside[-1]))
 
 
 def _shifts(builder: PolicyBuilder) -> bool:
     """Whether the present frame takes a part of the path elsewhere."""
     return any(isinstance(one, F.Shift | F.Height) for one in builder.frames[builder.frame : builder.frame + 1])
-
-
-def _since_the_stop(builder: PolicyBuilder, part: PathPart) -> PathPart:
-    """The way to a place for a shift: from behind the last stop before it, where the path has one."""
-    chosen = part.mask(builder.trajectory, builder.scene)
-    moves = list(runs(chosen & ~stays(builder.trajectory.to_array())))
-    if not _shifts(builder) or not moves or moves[-1][0] <= 1:
-        return part
-    first, last = moves[-1]
-    builder.assume(f"{part.words()} is from waypoint {first + 1} to {last + 1}, as the path stands still before")
-    return PathPart("range", amount=float(first), until=float(last))
 
 
 def _without_stops(builder: PolicyBuilder, part: PathPart) -> PathPart:

@@ -349,7 +349,7 @@ ABOUT = frozenset(
 
 def _is_careful_there(at: _Place) -> bool:
     """Whether care is slow: "be careful" at the cup, but "be careful" alone is an aside."""
-    return at.word == "be" and at.last == "careful" and at.behind in ("at", "near", "around", "by", "beside")
+    return at.word == "be" and at.last == "careful" and at.behind in ("at", "near", "around", "by", "beside", "with")
 
 
 def _is_lasting(at: _Place) -> bool:

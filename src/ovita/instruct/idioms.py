@@ -24,8 +24,15 @@ _TO = r"(?:(?:down|up|over|back|out|along|in|on) )?(?:to|towards?) "
 _PART = r"(?:bit|part|stretch|piece|section|leg)"
 _AT = r"(?:in|at|on|over|by|with|near|above)"
 _BY = r"(?:over|above|around)"
+_STAND = r"(?:wait|waiting|hover|hovering|stop|pause|hold|dwell|stay|standing)"
 _SIDE = r"(?:the )?(?:left|right|front|back|side|start|goal)\b"
 _SOFTLY = r"(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b"
+
+_COMES_NEAR = (
+    r"\b(?:whenever|when|if|where|wherever|while) (?:something|anything|(?:an?|any) (?:object|obstacle|thing)) "
+    r"(?:is|are|comes?|gets?)(?: less than| closer than| nearer than| within)? "
+    rf"(?P<q>{_N} ?{_UNIT})(?: away)?\b"
+)
 
 _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
@@ -38,7 +45,35 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (rf"\b{_ENDS} (?:at|in|on) the same (?:place|spot|point|position)s?\b", "keep the start and the end"),
         (r"\b(?:normal|usual|regular) speed (?=till|until|up to)", "keep the speed "),
         (r"\bdown the middle\b", "through the middle"),
+        (
+            rf"\b(?:stop|halt|come to rest) (?={_N} ?{_UNIT} (?:above|over|below|under)\b)"
+            r"(?!.*\b(?:for|then|continue|carry on|go on)\b)",
+            "end ",
+        ),
+        (rf"\b(?:stop|halt) (?={_N} ?{_UNIT} (?:above|over) (?:the )?[\w' -]+ for\b)", "hover "),
         (r"\b(?:the|its|these|those) two ends\b", "both ends"),
+        (
+            # "increase the hover time at pier 2 to five seconds"
+            r"\b(?:increase|extend|prolong|lengthen|shorten|reduce|cut|decrease|set|change|raise|make)"
+            rf" the {_STAND}(?: time)?(?P<at> {_AT} (?:(?!\b(?:and|to|by)\b)[^.,;!?])+?)?"
+            rf" (?:to(?: be)?|last|be) (?P<q>(?:{_N}|{_WORD}) ?{_TIME})\b",
+            lambda it: f"wait {it['q']}{it['at'] or ''}",
+        ),
+        (
+            # what it does after a wait says when
+            r"(?P<wait>\b(?:wait|pause|hold|stay|rest)\b[^.;!?]*?),?"
+            r" before (?:it|he|she|you|they|the (?:robot|arm|drone))"
+            r" (?:lifts?|rises?|goes|go|moves?|leaves?|starts?|continues?|drives?|flies|fly|carries|carry)"
+            r"(?: up| on| off| away| it| again)?(?=\s*(?:$|[.,;!]))",
+            r"\g<wait>",
+        ),
+        (
+            r"\bfrom the (?:middle|midpoint|half ?way point) (?:on(?:wards?)?|(?:on )?to(?:wards)? the end)\b",
+            "in the last half",
+        ),
+        (r"\bfrom the (?:start|beginning) to the (?:middle|midpoint|half ?way point)\b", "in the first half"),
+        (rf"(?P<q>\b(?:{_N}|{_WORD}) ?{_UNIT} )(?:further|farther) out\b", r"\g<q>farther"),
+        (r"\b(?:go|run|move|do|fly|drive) (?:through|over) it (?=at\b|with\b)", "go "),
         (
             r",? (?:until|till) (?:it|you|he|she) (?:stops|stop|halts|halt|arrives|arrive|ends|end|gets|get|is|are) "
             r"(?:at|on|by|to) (?:the )?(?:goal|end|destination|finish)(?=\s*(?:$|[.,;!]))",
@@ -49,12 +84,8 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             rf"(?=(?:{_GO}|stay|keep|pass|shift|stop|wait|slow|lift|raise|lower|turn|end|swing)\b)",
             r"\g<lead>",
         ),
-        (
-            r"\b(?:whenever|when|if|where|wherever|while) (?:something|anything|(?:an?|any) (?:object|obstacle|thing)) "
-            r"(?:is|are|comes?|gets?)(?: less than| closer than| nearer than| within)? "
-            rf"(?P<q>{_N} ?{_UNIT})(?: away)?\b",
-            r"within \g<q> of any object",
-        ),
+        (rf"^(?P<when>{_COMES_NEAR}),? (?P<rest>[^.;]+)$", r"\g<rest> \g<when>"),
+        (_COMES_NEAR, r"within \g<q> of any object"),
         (
             r"\bstop (?=(?:next to|at|by|near|beside|in front of|over|above) (?:(?!\band\b)[^.,;!?])+? "
             r"(?:so(?: that)? \w+(?: \w+)? (?:can|may|could)|to let)\b)",
@@ -105,7 +136,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"\b(?:set|put|plac|lay)(?:t?ing|e|ing)? (?:it|the \w+) down "
             r"(?P<by>(?:about |some |roughly |around )?\S+ \w+) "
             r"(?:further |farther |more )?(?:to the )?(?P<way>left|right)\b(?: (?:in|on|of|at) the \w+)?",
-            r"end \g<by> further \g<way>",
+            r"put-down \g<by> further \g<way>",
         ),
         (r"\b(?:a|one) (?=(?:second|sec|minute) (?:longer|more|earlier|later|sooner)\b)", "1 "),
         (rf"\b(?P<wait>(?:wait|hold|pause|stay)(?: for)? {_N} ?{_TIME}) more\b(?! than)", r"\g<wait> longer"),
@@ -181,6 +212,7 @@ _NAMED: tuple[tuple[str, str], ...] = (
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) behind (?=%s)", "pass in front of "),
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) in front of (?=%s)", "pass behind "),
     (rf"\b{_GO} past (?P<at>%s),? (?:and )?(?:then|after that) ", r"after \g<at> "),
+    (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
 )
 """Turns of phrase about objects, whose names stand for each %s."""
@@ -252,6 +284,10 @@ _AS_NOW = re.compile(
 )
 
 
+_THE_SAME = re.compile(
+    r"^\W*(?:please )?(?:do |go |fly |drive |run |make )?(?:exactly |just )?the same(?: \w+)?,? but ", re.IGNORECASE
+)
+
 _LEFT_THERE = re.compile(r"\b(?:leave|drop)\b", re.IGNORECASE)  # where that is tells where the path ends
 
 
@@ -262,7 +298,7 @@ def without_now(text: str, scene: Scene) -> str:
         text: As it was said or typed.
         scene: With the names of objects.
     """
-    text = _AS_NOW.sub("", text)
+    text = _THE_SAME.sub("", _AS_NOW.sub("", text))
     if len(scene) < 2 or _LEFT_THERE.search(text):
         return text
     name = _names(scene)

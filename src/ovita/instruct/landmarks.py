@@ -9,12 +9,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from ovita.instruct.objects import head_of
 from ovita.paths.geometry import runs
-from ovita.paths.scene import Scene
+from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate
 
 POINTS = {"north": (0.0, 1.0), "south": (0.0, -1.0), "east": (1.0, 0.0), "west": (-1.0, 0.0)}
@@ -145,10 +147,24 @@ _LASTS = (
 TIMES = {"half": 0.5, "halve": 0.5, "twice": 2.0, "double": 2.0, "three": 3.0, "triple": 3.0}
 """What words for how long a stop is to last are to how long it lasts."""
 
+_EXTREME = re.compile(
+    r"\b(?P<link>at|after|behind|past|before|until|till|from) (?:the |its )"
+    r"(?P<which>highest|lowest|leftmost|rightmost|topmost) (?:point|spot|place|position|waypoint)\b"
+    r"(?: of (?:the |its |your )?(?:\w+ )?(?:path|flight|trajectory|route|way|run|movement|motion|trip))?(?: on)?",
+    re.IGNORECASE,
+)
+_EXTREMES = {"highest": "up", "topmost": "up", "lowest": "down", "leftmost": "left", "rightmost": "right"}
+
 _PUT_DOWN = re.compile(r"\bat the put-down\b", re.IGNORECASE)
+_PUT_ASIDE = re.compile(r"\bput-down (?P<by>.+?) further (?P<way>left|right)\b", re.IGNORECASE)
 _WAITS = re.compile(r"\b(?:wait|pause|hold|hover|stop|stay)", re.IGNORECASE)
 DRAWN_BACK, LAST_OF = 0.25, 0.25
 """The most of a path that is no more than its drawing back, and what share of the way to a stop is coming down."""
+
+_SLOPE = (
+    r"\b(?:on|during) (?:the|its) (?:way (?P<way>down|up)|(?P<noun>descent|climb|ascent))"
+    r" (?P<link>to|into|onto|in|on|at|from|off|out of)(?: the)? (?P<at>%s)\b"
+)
 
 _LONGER = re.compile(
     r"\b(?:wait|hold|pause|stay)(?: for)?(?: [\d.]+ ?\w+)? longer\b"
@@ -173,14 +189,18 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         positions: The path (N, 3) [m], or None.
     """
     if positions is None:
-        return _PUT_DOWN.sub("at the end", text)
+        return _PUT_ASIDE.sub(r"end \g<by> further \g<way>", _PUT_DOWN.sub("at the end", text))
+    text = _EXTREME.sub(lambda found: _extreme(found, scene, positions), text)
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
     stops = _Stops(scene, positions, tuple((a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)))
     if (turn := turning_back(positions, [a for a, _ in stops.at])) is not None:
         text = _BACK.sub(f"from waypoint {turn + 1} on", _OUT.sub(f"up to waypoint {turn + 1}", text))
-    text = re.sub(_LASTS % "|".join([*map(re.escape, scene.names), "$"]), stops.lasting, text, flags=re.IGNORECASE)
+    called = "|".join([*map(re.escape, stops.called), "$"])
+    text = re.sub(_LASTS % called, stops.lasting, text, flags=re.IGNORECASE)
     text = _KEPT.sub(stops.kept, text)
-    text = _PUT_DOWN.sub(stops.put_down(bool(_WAITS.search(text))), text)
+    text = _PUT_DOWN.sub(lambda found: stops.put_down(bool(_WAITS.search(found.string))), text)
+    text = _PUT_ASIDE.sub(stops.put_aside, text)
+    text = re.sub(_SLOPE % called, stops.slope, text, flags=re.IGNORECASE)
     if len(stops.at) == 1:
         text = _LONGER.sub(r"\g<0> at the stop", text)
     if len(stops.at) == 2:
@@ -203,6 +223,14 @@ class _Stops:
     scene: Scene
     positions: Array
     at: tuple[tuple[int, int], ...]
+
+    @cached_property
+    def called(self) -> dict[str, SceneObject]:
+        """The objects by their names, longest first, and by the noun of a name that no other has."""
+        nouns = [head_of(name.lower().split()) for name in self.scene.names]
+        found = {noun: item for noun, item in zip(nouns, self.scene, strict=True) if nouns.count(noun) == 1}
+        found |= {item.name.lower(): item for item in self.scene}
+        return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
 
     def by(self, stop: tuple[int, int]) -> str:
         """The object that is nearest to a stop."""
@@ -228,10 +256,28 @@ class _Stops:
         said, name = (found["times"] or found["as"] or "half").lower(), (found["at"] or "").lower()
         if not self.at or (not name and len(self.at) > 1):
             return found[0]
-        away = self.scene[found["at"]].cuboid.signed(self.positions)[0] if name else np.zeros(len(self.positions))
+        away = self.called[name].cuboid.signed(self.positions)[0] if name else np.zeros(len(self.positions))
         first, last = min(self.at, key=lambda stop: float(away[stop[0]]))
         steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
         return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
+
+    @property
+    def draws_back(self) -> bool:
+        """Whether the path but draws back upwards from its last stop."""
+        s, path = arc_length(self.positions), self.positions
+        last = self.at[-1][1] if self.at else 0
+        back = path[-1] - path[last]
+        rise = float(back @ self.scene.frame.direction("up"))
+        return last > 0 and s[-1] - s[last] <= DRAWN_BACK * s[-1] and rise >= np.linalg.norm(back) / np.sqrt(2.0)
+
+    def put_aside(self, found: re.Match[str]) -> str:
+        """That something is set down further aside: the stop, half the way to it and what draws back from there."""
+        aside = f"{found['by']} further {found['way']}"
+        if not self.draws_back:
+            return f"end {aside}"
+        s, before = arc_length(self.positions), self.at[-2][1] if len(self.at) > 1 else 0
+        begin = int(np.searchsorted(s, (s[before] + s[self.at[-1][0]]) / 2.0))
+        return f"go {aside} from waypoint {begin + 1} on"
 
     def put_down(self, waits: bool) -> str:
         """Where something is set down: the end, or the last stop if the path but draws back from it upwards.
@@ -239,20 +285,41 @@ class _Stops:
         Args:
             waits: Whether it is to wait there, so that the place is meant and not the way down to it.
         """
-        s, path = arc_length(self.positions), self.positions
-        first, last = self.at[-1] if self.at else (0, 0)
-        back = path[-1] - path[last]
-        rise = float(back @ self.scene.frame.direction("up"))
-        if not last or s[-1] - s[last] > DRAWN_BACK * s[-1] or rise < np.linalg.norm(back) / np.sqrt(2.0):
+        if not self.draws_back:
             return "at the end"
+        first = self.at[-1][0]
         after = self.at[-2][1] if len(self.at) > 1 else 0
         down = first - round(LAST_OF * (first - after))
         return f"at waypoint {first + 1}" if waits else f"from waypoint {down + 1} to waypoint {first + 1}"
+
+    def slope(self, found: re.Match[str]) -> str:
+        """The way down to an object, or up from it: as far as the path falls before it stands there, or rises after."""
+        falls = (found["way"] or found["noun"]).lower() in ("down", "descent")
+        if falls == (found["link"].lower() in ("from", "off", "out of")):
+            return found[0]
+        away = self.called[found["at"].lower()].cuboid.signed(self.positions)[0]
+        up = self.positions @ self.scene.frame.direction("up")
+        first, last = min(self.at, key=lambda stop: float(away[stop[0]]), default=(int(away.argmin()),) * 2)
+        at, step, end = (first, -1, 0) if falls else (last, 1, len(up) - 1)
+        while at != end and up[at + step] > up[at] + 1e-9:
+            at += step
+        low, high = sorted((at, first if falls else last))
+        return f"from waypoint {low + 1} to waypoint {high + 1}" if low < high else found[0]
 
     def kept(self, _: re.Match[str]) -> str:
         """What is picked and placed, and stays: the stops, or the ends of a path without any."""
         ranges = " and ".join(f"waypoints {a + 1} to {b + 1}" for a, b in self.at)
         return f"keep {ranges} as they are" if ranges else "keep the start and the end"
+
+
+def _extreme(found: re.Match[str], scene: Scene, positions: Array) -> str:
+    """Where a path (N, 3) [m] is highest, or farthest left, and what is after or before that, as waypoints."""
+    along = positions @ scene.frame.direction(_EXTREMES[found["which"].lower()])
+    there = np.flatnonzero(along >= along.max() - 1e-9)
+    at, link = int(there[len(there) // 2]) + 1, found["link"].lower()
+    if link == "at":
+        return f"at waypoint {at}"
+    return f"up to waypoint {at}" if link in ("before", "until", "till") else f"from waypoint {at} on"
 
 
 def turning_back(positions: Array, stops: Sequence[int]) -> int | None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from ovita.errors import InputError
@@ -177,7 +178,7 @@ def part_told(where: Where) -> PathPart:
         case "near":
             return any_of([PathPart(kind, (place,), amount) for place in places])
         case "between":
-            return PathPart(kind, places[:2])
+            return any_of([PathPart(kind, pair) for pair in pairwise(places)])
         case "after" | "before":
             return PathPart(kind, ({"between": list(places)} if len(places) == 2 else places[0],))
         case "rising" | "falling":

@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.numerals import NUMBER_WORDS
-from ovita.limits.problem import is_support
+from ovita.limits.problem import is_support, kind_of
 from ovita.paths.scene import POINT, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array
 
@@ -187,6 +187,9 @@ class Catalog:
                 names.setdefault((head,), items[0])
             elif len(items) == 1 and is_filler(head) and head not in ROBOT:
                 names.setdefault(("the", head), items[0])  # "the leg" of a path, where no object has one
+        people = [item for item in self.scene if (kind := kind_of(item.name, item.extra)) and kind.name == "person"]
+        for word in PEOPLE if len(people) == 1 else ():
+            names.setdefault(("the", word), people[0])  # the only one there is
         return names
 
     def add_nicknames(self) -> None:
@@ -321,6 +324,9 @@ class Catalog:
         mention = self._named(words, at)
         return (None, 0) if mention is None else (mention.items[0].position[None], mention.used)
 
+
+PEOPLE = "person man woman guy lady boy girl child kid worker operator human visitor guest colleague".split()
+"""Words for a person."""
 
 ROBOT = frozenset(
     """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot

@@ -71,8 +71,8 @@ def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFra
 def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
     """The part of a change, where what it is before says less than all that is before.
 
-    On the way to a thing at the goal is behind the last stop, or near the goal. To slow down before a thing is to do so
-    near it, unless it is told from after.
+    On the way to a thing is behind the last stop before it. To slow down before a thing is to do so near it, unless it
+    is told from after, or the path ends there.
     """
     part = frame.part
     change = frame.change if isinstance(frame, F.Pace) else ""
@@ -84,10 +84,15 @@ def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
     if item is None or any(other.kind == "after" and other.places == part.places for other in told):
         return part
     path, near = builder.trajectory.positions, builder.scale.near(builder.trajectory.positions, item)
-    still = np.flatnonzero(builder.trajectory.speeds[1:-1] <= 0.0) + 1
-    if float(item.core(path).depth(path[-1:])[0]) <= near and len(still):
-        builder.assume(f"on the way to {item.name} is from the last stop on")
-        return PathPart("range", amount=float(still[-1]))
+    still, away = np.flatnonzero(builder.trajectory.speeds[1:-1] <= 0.0) + 1, item.core(path).depth(path)
+    there = still[away[still] <= away.min() + builder.tolerance]
+    ends = not len(there) and away[-1] <= near
+    to = len(path) if ends else there[0] if len(there) else int(away.argmin()) + 1
+    earlier = still[still < to]
+    if len(earlier) and (ends or change != "slower"):
+        first, until = float(earlier[-1] + 1), None if ends else float(to - 1)
+        builder.assume(f"on the way to {item.name} is from the stop before it on")
+        return PathPart("range", amount=first, until=until)
     if change != "slower":
         return part
     builder.assume(f'"before {item.name}" begins {nice(BRAKING * near):g} m from its centre')

@@ -471,9 +471,10 @@ def from_object(
             keep = max(nearest, least - SETTLED if support else least)
             body = replace(body, radius=core + keep, keep=keep)
     elif original is not None and granted and 0.0 < (nearest := keep + body.closest(original)[0]) < keep:
-        if _works_on(body, original, nearest > robot.radius):
+        works = _works_on(body, original, nearest > robot.radius)
+        if works or robot.radius == 0.0:  # a robot of which no body is known: no nearer than the original
             body = replace(body, radius=core + nearest, keep=nearest)
-            notes.append("at which the path works")
+            notes.append("at which the path works" if works else "as near as the original path")
     return replace(body, note=", ".join(notes))
 
 
