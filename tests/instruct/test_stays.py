@@ -297,3 +297,66 @@ def test_feedback_on_one_of_two_directions_leaves_the_other():
     moved = result.adapted.positions - SERVED.positions
     assert result.status == "done" and np.allclose(moved[:, 0], -0.1)
     assert (moved[:20, 2] == 0.0).all() and moved[-1, 2] == pytest.approx(0.05)
+
+
+def test_what_draws_back_from_a_rim_follows_its_end_alone():
+    turn = np.linspace(0, 2 * np.pi, 60)
+    rim = [(0.1 * np.cos(a), 0.1 * np.sin(a), 0.12) for a in turn]
+    path = np.array([(0.1, 0.0, 0.15), (0.1, 0.0, 0.135), *rim, (0.1, 0.0, 0.13), (0.1, 0.0, 0.14), (0.1, 0.0, 0.15)])
+    result = adapt(Trajectory(path, np.full(len(path), 0.05)), "finish 3 cm higher", scene=Scene(()), writer="builtin")
+    assert result.status == "done" and np.allclose(result.adapted.positions[:62], path[:62])
+    assert result.adapted.positions[-1] == pytest.approx([0.1, 0.0, 0.18])
+
+
+@pytest.mark.parametrize(
+    ("said", "begin", "end"),
+    [("slower on the way down into the bin", 41, 90), ("slower on the way up from the rack", 40, 65)],
+)
+def test_the_way_down_to_a_thing_is_as_far_as_the_path_falls(said, begin, end):
+    slow = np.flatnonzero(adapt(PLACED, said, scene=TABLE, writer="builtin").adapted.speeds < PLACED.speeds - 1e-9)
+    assert len(slow) and slow[0] >= begin and slow[-1] <= end
+
+
+def test_what_is_set_down_further_left_is_so_with_its_stop():
+    result = adapt(PLACED, "put the box down 4 cm further to the left", scene=TABLE, writer="builtin")
+    there = [stands(t)[-1] for t in (PLACED, result.adapted)]
+    assert result.usable and there[1] == pytest.approx(there[0] + np.array([-0.04, 0.0, 0.0]), abs=1e-6)
+    assert np.allclose(stands(result.adapted)[0], stands(PLACED)[0])
+
+
+def test_between_all_of_several_is_from_the_first_to_the_last():
+    piers = Scene(tuple(SceneObject(f"pier {n}", np.array([10.0 * n, 2.0, 0.0]), [1.0] * 3) for n in (1, 2, 3)))
+    flight = way((0, 0, 2), (40, 0, 2), spacing=0.5, speed=1.0)
+    result = adapt(flight, "20 percent faster between the piers", scene=piers, writer="builtin")
+    result = accept(result) if result.proposal is not None else result
+    x = flight.positions[result.adapted.speeds > 1.1, 0]
+    assert x.min() == pytest.approx(10.0, abs=1.0) and x.max() == pytest.approx(30.0, abs=1.0)
+
+
+@pytest.mark.parametrize(("said", "at"), [("wait 3 s at the highest point", 8.0), ("wait 3 s at the lowest spot", 0.0)])
+def test_the_highest_point_is_a_place(said, at):
+    hill = way((0, 0, 0.1), (8, 0, 2.0), (12, 0, 0.5), spacing=0.25, speed=0.5)
+    assert stands(adapt(hill, said, scene=TABLE, writer="builtin").adapted)[0][0] == pytest.approx(at, abs=0.3)
+
+
+def test_the_last_so_much_before_a_thing_ends_there():
+    slow = adapt(PLACED, "at most 0.05 m/s in the last 10 cm before the bin", scene=TABLE, writer="builtin")
+    slow = accept(slow) if slow.proposal is not None else slow
+    moving = PLACED.speeds > 0
+    x = PLACED.positions[moving & (slow.adapted.speeds < 0.1), 0]
+    assert x.min() == pytest.approx(0.9, abs=0.03) and x.max() <= 1.0
+
+
+def test_too_much_is_what_was_added_last():
+    session = Session(SERVED, TABLE, writer="builtin")
+    session.say("wait 2 seconds longer at the rack")
+    session.say("and slow down near the plate")
+    session.say("now 10 cm higher, but only between the plate and the bin")
+    result = session.say("that's too much, half of it")
+    assert result.status == "done" and 0.02 < np.abs(result.adapted.positions[:, 2].max() - 0.2) + 0.05
+
+
+def test_the_man_is_the_only_person_there_is():
+    scene = Scene((SceneObject("worker", np.array([0.5, 0.6, 0.2]), [0.3] * 3), PLATE))
+    result = adapt(CARRY, "don't go so near to the man", scene=scene, writer="builtin")
+    assert result.status == "done" and result.frames[0].named == ("worker",)

@@ -335,8 +335,7 @@ def argument(mask: str) -> str:
 def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """A part of the path with what it leaves open filled in, which is told."""
     if part.parts:
-        whole = replace(part, parts=tuple(resolved(builder, inner) for inner in part.parts))
-        return whole if whole.mask(builder.trajectory, builder.scene).any() else _end_of_part(builder, whole)
+        return _end_of_part(builder, replace(part, parts=tuple(resolved(builder, inner) for inner in part.parts)))
     if part.direction:
         return replace(part, amount=part.amount or 0.0, direction=builder.word(part.direction))
     if part.kind in SHARES and part.amount is None:
@@ -353,11 +352,13 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
 
 
 def _end_of_part(builder: PolicyBuilder, part: PathPart) -> PathPart:
-    """The last so much of what is before a place, or the first of what is after it; any other part as it is."""
+    """The last metres of what is before a place, or the first of what is after it; any other part as it is."""
     kinds = [inner.kind for inner in part.parts]
     if part.kind != "both" or kinds not in (["last", "before"], ["first", "after"]):
         return part
     end, side = part.parts
+    if end.unit not in ("m", "s") and part.mask(builder.trajectory, builder.scene).any():
+        return part  # in the second half, and before the cup
     chosen = np.flatnonzero(side.mask(builder.trajectory, builder.scene))
     if len(chosen) < 2:
         return part

@@ -73,7 +73,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (r"\bfrom the (?:start|beginning) to the (?:middle|midpoint|half ?way point)\b", "in the first half"),
         (rf"(?P<q>\b(?:{_N}|{_WORD}) ?{_UNIT} )(?:further|farther) out\b", r"\g<q>farther"),
-        (r"\b(?:go|run|move|do|fly|drive) (?:through|over) it (?=at\b|with\b)", "go "),
+        (r"\b(?:go|run) through it (?=at (?:an? )?(?:constant|steady|even|uniform|speed|pace|\d))", "go "),
         (
             r",? (?:until|till) (?:it|you|he|she) (?:stops|stop|halts|halt|arrives|arrive|ends|end|gets|get|is|are) "
             r"(?:at|on|by|to) (?:the )?(?:goal|end|destination|finish)(?=\s*(?:$|[.,;!]))",

@@ -10,7 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
-from ovita.paths.geometry import is_level
+from ovita.paths.geometry import is_level, turning_angles
 from ovita.paths.part import PathPart, both
 from ovita.paths.scene import OPPOSITE, SceneObject
 from ovita.paths.trajectory import Array, arc_length
@@ -133,8 +133,8 @@ def _without_crowding(builder: PolicyBuilder, frame: F.SemanticFrame, direction:
     moving = builder.waypoints(frame.part) if isinstance(frame, F.Shift) and frame.part else np.zeros(0, dtype=bool)
     path = builder.positions
     things = [item for item in builder.scene if item.dimensions is not None]
-    if len(moving) != len(path) or not moving.any() or not things:
-        return step
+    if len(moving) != len(path) or not moving.any() or not things or frame.degree == "large":
+        return step  # "a good way" is meant so
     before = np.array([float(item.cuboid.closest(path)[0]) for item in things])
     for less in CROWDED:
         shifted = path + less * step * moving[:, None] * builder.axis(direction)
@@ -226,18 +226,24 @@ def _move_end(builder: PolicyBuilder, end: str, to: str, plan: str, promise: str
 def _bend(builder: PolicyBuilder, end: str, to: str) -> str:
     """The argument that lets no more of the path follow an end than is gentle, and no stop; "" for half of it.
 
-    It is half of the path, too, if that leaves more room beside the objects.
+    A leg behind a corner follows alone, if it is about as long as the shift: drawing back from a rim bends no rim. It
+    is half of the path, too, if that leaves more room beside the objects.
     """
     call, rows = f"move_{end}(traj, {to})", builder.rows()
     shift, s = float(builder.shifts_by(call).max()), arc_length(rows[:, :3])
     ahead = (s if end == "start" else s[-1] - s)[stays(rows)]
-    room = float(ahead[ahead > shift].min(initial=s[-1]))
+    corners = (s if end == "start" else s[-1] - s)[turning_angles(rows[:, :3]) > CORNER]
+    room, leg = (float(way.min(initial=s[-1])) for way in (ahead[ahead > shift], corners[corners > LEG * shift]))
     blend = max(nice(min(FOLLOWING * shift, room) / max(float(s[-1]), 1e-9)), LEAST)
+    blend = min(blend, short(leg / max(float(s[-1]), 1e-9)))
     bent = f", blend={blend:g}"
-    paths = builder.after(call), builder.after(f"{call[:-1]}{bent})")
-    wide, narrow = (min((i.cuboid.closest(path)[0] for i in builder.scene), default=0.0) for path in paths)
-    return bent if blend < HALF and narrow >= min(wide, usual_gap(builder)) else ""
+    paths = builder.after(call), builder.after(f"{call[:-1]}{bent})"), rows[:, :3]
+    wide, narrow, now = (min((i.cuboid.closest(path)[0] for i in builder.scene), default=0.0) for path in paths)
+    return bent if blend < HALF and narrow >= min(wide, usual_gap(builder), now) else ""
 
+
+CORNER, LEG = 0.8, 0.8
+"""The turn that ends a leg [rad], and how long one is at least that follows alone, as a share of the end's shift."""
 
 FOLLOWING, LEAST, HALF = 3.0, 0.05, 0.5
 """How many times its shift of the path follows an end, and the least and the most share of the path that does."""

@@ -514,7 +514,7 @@ def _shown_first(said: Sequence[Chunk], reading: F.Reading, left: Sequence[str],
             return True
     if len(said) <= CURT and _matters(said, left, certain):
         return True
-    figure_left = any(chunk.kind in FIGURES and chunk.text in left for chunk in said)
+    figure_left = any(chunk.kind in FIGURES and chunk.text in reading.unread for chunk in said)
     return figure_left or any(map(_is_strange_wish, clauses(said)))
 
 
