@@ -189,7 +189,14 @@ def chunks(text: str, scene: Scene, positions: Array | None = None) -> tuple[tup
         chunk, used = _chunk(words, lowered, i, catalog, found, apart)
         found.append(chunk)
         i += used
+    found = [_chosen(chunk, found) for chunk in found]
     return tuple(_forbidden(chunk, found[i + 1 :]) for i, chunk in enumerate(found)), tuple(notes)
+
+
+def _chosen(chunk: Chunk, found: Sequence[Chunk]) -> Chunk:
+    """One of several objects that is named besides: "our table, it is table 1"."""
+    named = {c.names for c in found if c.kind == "OBJ" and len(c.names) == 1 and c.names[0] in chunk.names}
+    return replace(chunk, kind="OBJ", names=named.pop()) if chunk.kind == "CHOICE" and len(named) == 1 else chunk
 
 
 MANNERS = frozenset(
@@ -520,7 +527,8 @@ def _thing(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[str, .
     if not (words[i][0].isalnum() or POINT.fullmatch(words[i])) or kind in PLACING:
         return None
     mention = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in earlier))
-    if mention is None or mention.used < length or (mention.unclear and kind):
+    several = mention is not None and kind == "ground" and len(mention.items) > 1  # tables, where there is no ground
+    if mention is None or mention.used < length or (mention.unclear and kind and not several):
         return None
     return _of("CHOICE" if mention.unclear else "OBJ", names=tuple(item.name for item in mention.items)), mention.used
 

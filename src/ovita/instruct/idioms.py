@@ -53,6 +53,12 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (rf"\b(?:stop|halt) (?={_N} ?{_UNIT} (?:above|over) (?:the )?[\w' -]+ for\b)", "hover "),
         (r"\b(?:the|its|these|those) two ends\b", "both ends"),
         (
+            r"\b(?:stop|halt|come to (?:rest|a stop|a halt))"
+            r" (?:briefly|shortly|momentarily|for a (?:moment|bit|while))\b"
+            r"|\b(?:briefly|shortly) (?:stop|halt|come to rest)\b",
+            "wait",
+        ),
+        (
             # "increase the hover time at pier 2 to five seconds"
             r"\b(?:increase|extend|prolong|lengthen|shorten|reduce|cut|decrease|set|change|raise|make)"
             rf" the {_STAND}(?: time)?(?P<at> {_AT} (?:(?!\b(?:and|to|by)\b)[^.,;!?])+?)?"
@@ -68,7 +74,9 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"\g<wait>",
         ),
         (
-            r"\bfrom the (?:middle|midpoint|half ?way point) (?:on(?:wards?)?|(?:on )?to(?:wards)? the end)\b",
+            r"\bfrom the (?:middle|midpoint|half ?way point)"
+            r"(?: of (?:the|its) (?:path|route|way|run|flight|trajectory))?"
+            r" (?:on(?:wards?)?|(?:on )?to(?:wards)? the end)\b",
             "in the last half",
         ),
         (r"\bfrom the (?:start|beginning) to the (?:middle|midpoint|half ?way point)\b", "in the first half"),
@@ -150,7 +158,12 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"wait \g<by> at the start",
         ),
         (r"\b(?:there is |there's )?no need (?:to |for )(?:hurry|rush|race|speed)\b", "don't rush"),
-        (r"\b(?:get it done|be done|be there|get there) in half (?:the|its) time\b", "go twice as fast"),
+        (
+            r"\b(?:(?:get|have) (?:it|this|the whole thing|everything) done"
+            r"|(?:do|run|finish) (?:it|this|the whole thing|everything)|be done|be there|get there)"
+            r" in half (?:the|its) time\b",
+            "go twice as fast",
+        ),
         (
             rf"\b(?:touch down|settle|come to rest|set down) (?={_MUCH}{_SOFTLY})",
             "at the end slow down ",
@@ -212,6 +225,15 @@ _NAMED: tuple[tuple[str, str], ...] = (
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) behind (?=%s)", "pass in front of "),
     (r"\b(?:don'?t|do not|never) (?:go|drive|fly|pass|walk|move|run) in front of (?=%s)", "pass behind "),
     (rf"\b{_GO} past (?P<at>%s),? (?:and )?(?:then|after that) ", r"after \g<at> "),
+    (
+        r"\b(?P<do>shift|move|offset|raise|lower|lift) (?:the )?(?P<at>%s)(?:'s|s') (?:pass|line|run|swath|leg)\b",
+        r"near \g<at> \g<do> the path",
+    ),
+    (
+        r"\b(?P<do>shift|move|offset|raise|lower|lift) the (?:pass|line|run|swath|leg)"
+        r" (?:over|along|at|near|by|past) (?P<at>%s)",
+        r"near \g<at> \g<do> the path",
+    ),
     (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
 )
@@ -239,6 +261,9 @@ def _numbered(text: str, scene: Scene) -> str:
     for kind in {name.rpartition(" ")[0] for name in names if name[-1:].isdigit() and " " in name}:
         pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{_UNIT}\b)\b"
         text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
+        same = rf"(?P<more>[^.;]*?),? (?:it|that)(?:'s| is) {re.escape(kind)} (?P<n>\d+)"
+        named = rf"\b(?:the|our|my|that) {re.escape(kind)}\b(?! \d){same}"
+        text = re.sub(named, rf"{kind} \g<n>\g<more>", text, flags=re.IGNORECASE)
     for number, word in enumerate(("first", "second", "third", "fourth", "fifth"), 1):
         for kind in {name.rpartition(" ")[0] for name in names if name.endswith(f" {number}")}:
             if f"{word} {kind}" not in names and kind:

@@ -63,7 +63,8 @@ _STRETCH = "pass|row|line|lane|leg|corridor|hallway|aisle|swath|straight|stretch
 _NUMBER = rf"({'|'.join(_NUMBERS)}|middle)"
 _NUMBERED = re.compile(  # not "first pass the cup"
     rf"\b(?:the\s+|(?<=in )|(?<=on )){_NUMBER}\s+(?:{_STRETCH})\b"
-    rf"|\b{_NUMBER}\s+(?:{_STRETCH})(?=\s+(?:is|was|should|needs?|has|half|at|slower|faster|higher|lower)\b)",
+    rf"|\b{_NUMBER}\s+(?:{_STRETCH})"
+    r"(?=\s+(?:is|was|should|needs?|has|half|at|slower|faster|higher|lower|deeper|closer|farther|further|\d+(?:\.\d+)?)\b)",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
@@ -338,7 +339,11 @@ FAR, HALFWAY = 0.9, 0.5
 _BACK = re.compile(
     r"\bon (?:the|its|your) (?:way (?:back|home)|return(?: (?:trip|leg|way))?)\b(?! to\b)", re.IGNORECASE
 )
-_OUT = re.compile(r"\bon (?:the|its|your) way (?:out|there)\b(?! to\b)", re.IGNORECASE)
+_OUT = re.compile(
+    r"\b(?:on (?:the|its|your) way (?:out|there)\b(?! to\b)"
+    r"|(?:(?:on|in|during) )?the (?:outbound|outward) (?:\w+ )?(?:leg|segment|part|trip|way|run|stretch)\b)",
+    re.IGNORECASE,
+)
 
 MANY = 2
 """The most corners of a path of which "the corner" without a number means the first."""

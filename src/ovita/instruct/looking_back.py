@@ -21,6 +21,7 @@ from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
 from ovita.instruct.numerals import is_digits
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
+from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
@@ -49,6 +50,8 @@ def in_excess(
     numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
     kinds = {chunk.kind for chunk in said}
     edits = tuple(_one_way(_in_its_unit(edit, before, numbers), before, kinds) for edit in edits)
+    if "there" in kinds and before and before[-1].part:
+        edits = tuple(_there(edit, before[-1].part) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
     if not any(words.values()):
         return edits
@@ -75,6 +78,12 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
     likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
     value = min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
     return replace(edit, quantity=replace(edit.quantity, value=value, unit="m", said=""))
+
+
+def _there(edit: E.Edit, part: PathPart) -> E.Edit:
+    """Something further that says no place but "there", on the part of what was done last."""
+    further = isinstance(edit, E.Also) and not edit.frame.part and not edit.frame.named
+    return replace(edit, frame=replace(edit.frame, part=part)) if isinstance(edit, E.Also) and further else edit
 
 
 def _one_way(edit: E.Edit, before: Sequence[F.SemanticFrame], kinds: Set[str]) -> E.Edit:

@@ -114,7 +114,8 @@ def circle(
 
     The circle is level and at that waypoint's height. Where the path does not run into it, an arc, a line and an arc
     lead onto it without a corner, and back, so that the object is gone around so many times in all; after turns that
-    are not whole, they lead from where the circle ends to the next waypoint.
+    are not whole, they lead from where the circle ends to the next waypoint. A circle with a radius at a waypoint
+    itself lies beside it.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
@@ -133,6 +134,9 @@ def circle(
     away = rows[i, :3] - centre
     centre += (away @ up) * up
     away -= (away @ up) * up
+    if radius is not None and not isinstance(obj, SceneObject) and float(np.linalg.norm(away)) <= 1e-9:
+        side = np.cross(ahead, up) if clockwise else np.cross(up, ahead)  # around no thing: it begins on the circle
+        centre, away = centre + positive(radius, "radius") * side, -positive(radius, "radius") * side
     distance = float(np.linalg.norm(away))
     outward = away / distance if distance > 1e-9 else np.cross(ahead, up)
     size = obj.radius if isinstance(obj, SceneObject) else 0.0

@@ -495,7 +495,7 @@ def _speed_value(case: _Case) -> Outcome:
     asked = float(case.values["value"])
     # Where the robot starts from rest and brakes, the average falls short although most of the path is right.
     steady = case.new & ~_braking(case.adapted[:, 3], case.new, asked)
-    rows = steady if 2 * steady.sum() > case.new.sum() else case.new
+    rows = steady if 2 * steady.sum() > (case.new & (case.adapted[:, 3] > AT_REST)).sum() else case.new
     speeds = case.adapted[rows, 3] if rows.any() else case.matched[case.paired, 3]
     mean = float(speeds.mean())
     spread = f", from {speeds.min():.3f} to {speeds.max():.3f}" if np.ptp(speeds) > SLACK else ""
