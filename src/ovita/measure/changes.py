@@ -6,7 +6,7 @@ Waypoints count from 0, both ends included, and are those of the adapted traject
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,12 +150,20 @@ class SpeedRange:
 
 @dataclass(frozen=True)
 class Stop:
-    """A stop of the adapted trajectory: waypoints `first` to `last` at speed 0, waiting `seconds` [s], near what."""
+    """A stop of the adapted trajectory.
+
+    Args:
+        first, last: Waypoints at speed 0.
+        seconds: How long it waits [s].
+        near: The object that is nearest, if one is near.
+        words: How a stop of the original moved, as direction words [m]; empty where it did not, or is new.
+    """
 
     first: int
     last: int
     seconds: float
     near: tuple[str, ...]
+    words: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -293,7 +301,7 @@ def compare(original: Trajectory, adapted: Trajectory, scene: Scene) -> Changes:
         shape=_shape(original.positions, adapted.positions, found),
         start=_endpoint(original.positions[0], adapted.positions[0], scene.frame),
         goal=_endpoint(original.positions[-1], adapted.positions[-1], scene.frame),
-        speed=_speed_change(original, adapted, before[:, 3], compared, scene, objects),
+        speed=_speed_change(original, adapted, before, compared, scene, objects),
         objects=objects,
         stalled=adapted.stall is not None,
     )
@@ -392,14 +400,14 @@ def _speed_change(
     objects: tuple[ObjectChange, ...],
 ) -> SpeedChange:
     index = np.flatnonzero(compared)
-    old, new = before[index], adapted.speeds[index]
+    old, new = before[index, 3], adapted.speeds[index]
     sign = np.where(np.abs(new - old) > TOLERANCE, np.sign(new - old), 0).astype(int)
     changed, moving = sign != 0, old > TOLERANCE
     ratios, where = new[moving] / old[moving], index[changed]
     own = original.speeds[~original.dwells] if len(original) != len(adapted) else original.speeds
     steps = Span(int(original.dwells.sum()), int(adapted.dwells.sum()))
     radii = {item.name: item.neighbourhood for item in objects}
-    stopped = _stops(adapted, scene, radii)
+    stopped = tuple(_from(stop, before, adapted, scene.frame) for stop in _stops(adapted, scene, radii))
     return SpeedChange(
         mean=Span.of(np.mean, own, new),
         min=Span.of(np.min, own, new),
@@ -448,10 +456,18 @@ def _stops(trajectory: Trajectory, scene: Scene, radii: Mapping[str, float]) -> 
     for a, b in runs(trajectory.speeds == 0):
         waits = int(trajectory.dwells[a : b + 1].sum())
         if waits or 0 < a <= b < len(trajectory) - 1:
-            away = {o.name: float(o.distance(trajectory.positions[a : b + 1]).min()) for o in scene}
-            near = sorted((name for name in away if away[name] <= radii[name]), key=away.__getitem__)
+            place = trajectory.positions[a : b + 1]
+            away = {o.name: float(o.distance(place).min()) for o in scene}
+            gaps = {o.name: float(o.cuboid.signed(place)[0].min()) for o in scene}
+            near = sorted((name for name in away if away[name] <= radii[name]), key=gaps.__getitem__)
             stops.append(Stop(a, b, waits * trajectory.timestep, tuple(near[:1])))
     return tuple(stops)
+
+
+def _from(stop: Stop, before: Array, adapted: Trajectory, frame: Frame) -> Stop:
+    """A stop with how it moved from where the original (N, 4), waypoint by waypoint, stands too."""
+    was = before[stop.first]
+    return replace(stop, words=_words(frame, adapted.positions[stop.first] - was[:3])) if was[3] == 0.0 else stop
 
 
 def _vector(values: Array) -> Vector:

@@ -23,7 +23,7 @@ def sentences(changes: Changes) -> list[str]:
     """
     if changes.nothing_changed:
         return ["Nothing changed: the path and the speeds are exactly as before."]
-    path, speed = _path(changes), [*_speeds(changes), *_stops(changes)]
+    path, speed = [*_path(changes), *_moved_stops(changes)], [*_speeds(changes), *_stops(changes)]
     told = [*path, *speed, *_objects(changes), *_duration(changes)]
     told += _total("The path is", changes.length, "m", ("longer", "shorter"))
     put = bool(changes.removed or changes.added)
@@ -197,6 +197,16 @@ def _stretch(item: SpeedRange) -> str:
 
 def _between(first: int, last: int) -> str:
     return f" at waypoint {first + 1}" if first == last else f" between waypoints {first + 1} and {last + 1}"
+
+
+def _moved_stops(changes: Changes) -> list[str]:
+    """Where stops went with what is around them; nothing where the whole path did."""
+    moved = [stop for stop in changes.speed.stopped if math.hypot(*stop.words.values()) >= _VISIBLE]
+    whole = changes.displacement.spread < _VISIBLE
+    return [
+        f"The stop at waypoint {stop.first + 1}{_near(stop.near)} moved {directions(stop.words)}."
+        for stop in ([] if whole else moved)[:_MOST]
+    ]
 
 
 def _stops(changes: Changes) -> list[str]:
