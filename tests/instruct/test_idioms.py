@@ -134,3 +134,30 @@ def test_a_figure_that_is_not_read_is_shown_first():
 def test_anything_that_is_near_is_any_object(said):
     verdict = understand(said, SCENE)
     assert same(verdict.reading.frames, parse("pace slower @near=cup+shelf_B+plate+paint_pot,20cm", SCENE.names))
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("go slower near our table, it's table 2", "pace slower @near=table_2"),
+        ("shift table 2's line 0.5 m to the right", "move right=0.5m @near=table_2"),
+        ("keep 1 m away from both table 1 and the bar", "clearance table_1+bar at_least=1m"),
+        ("do the whole thing in half the time", "pace faster by=2x"),
+        ("stop briefly at the bar", "wait at=bar"),
+        ("increase the hover time at table 2 to five seconds", "wait at=table_2 for=5s"),
+        ("wait 2 s longer at the bar before it lifts", "wait at=bar for=2s longer"),
+        ("the same thing but 10 cm higher", "move up=10cm"),
+        ("10 cm higher from the middle of the path to the end", "move up=10cm @last=50%"),
+    ],
+)
+def test_sentences_about_several_of_a_kind_and_stops(said, meant):
+    scene = Scene(
+        tuple(SceneObject(n, [float(k), 0.0, 0.0], [0.1] * 3) for k, n in enumerate(("table 1", "table 2", "bar")))
+    )
+    verdict = understand(said, scene)
+    assert same(verdict.reading.frames, parse(meant, scene.names)), show(verdict.reading.frames)
+
+
+def test_several_of_a_kind_are_asked_about_by_name():
+    scene = Scene(tuple(SceneObject(f"table {n}", [float(n), 0.0, 0.0], [0.1] * 3) for n in (1, 2, 3)))
+    assert "'table 3'" in understand("go slower near the table", scene).reading.question

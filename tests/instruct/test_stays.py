@@ -360,3 +360,42 @@ def test_the_man_is_the_only_person_there_is():
     scene = Scene((SceneObject("worker", np.array([0.5, 0.6, 0.2]), [0.3] * 3), PLATE))
     result = adapt(CARRY, "don't go so near to the man", scene=scene, writer="builtin")
     assert result.status == "done" and result.frames[0].named == ("worker",)
+
+
+def test_stops_that_moved_are_told():
+    near = Scene((SceneObject("box", np.array([0.0, 0.15, 0.1]), [0.1] * 3),))
+    result = adapt(SERVED, "keep at least 15 cm from the box", scene=near, writer="builtin")
+    assert result.usable and any(
+        "The stop at waypoint" in line and "moved" in line for line in result.explanation.split("\n")
+    )
+
+
+def test_a_constant_speed_is_as_meant_beside_a_wait():
+    result = adapt(
+        CARRY, "wait 20 seconds at the start and then drive at a constant 0.1 m/s", scene=TABLE, writer="builtin"
+    )
+    assert result.status == "done" and np.median(result.adapted.speeds[result.adapted.speeds > 0]) == pytest.approx(0.1)
+
+
+def test_a_circle_on_the_way_lies_beside_it():
+    result = adapt(
+        CARRY, "draw a circle with a radius of 10 cm in the middle of the path", scene=TABLE, writer="builtin"
+    )
+    assert result.usable
+    assert result.adapted.length - CARRY.length == pytest.approx(2 * np.pi * 0.1, rel=0.05)
+
+
+def test_what_was_done_last_is_dropped_or_kept_as_it_is_said():
+    for said in ("only the slowing down, leave the path alone", "just the slowdown please, keep the path as it was"):
+        session = Session(SERVED, TABLE, writer="builtin")
+        session.say("keep 20 cm away from the plate")
+        session.say("and slower there")
+        result = session.say(said)
+        assert np.allclose(result.adapted.positions, SERVED.positions) and (result.adapted.speeds < SERVED.speeds).any()
+
+
+def test_there_is_the_part_that_was_changed():
+    session = Session(CARRY, TABLE, writer="builtin")
+    session.say("raise the middle part by 10 cm")
+    moved = session.say("now also shift it to the left there").adapted.positions - CARRY.positions
+    assert (moved[[0, -1]] == 0.0).all() and moved[:, 0].min() < -0.05

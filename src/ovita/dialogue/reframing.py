@@ -22,7 +22,7 @@ from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
+from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
 from ovita.instruct.idioms import with_name
 from ovita.instruct.looking_back import EVEN
@@ -223,7 +223,9 @@ class DialogueState:
         return max(filter(None, readings), key=lambda one: (-len(one.reading.unread), len(one.edits)), default=None)
 
     def _named_earlier(self, said: str) -> int:
-        """1 if an utterance names changes of earlier turns only ("more to the left"), 2 if of the last too, else 0."""
+        """1 if an utterance names changes of earlier turns only, or what alone of all is to stay, 2 if of the last too."""
+        if wants_only(said, self.now.scene):
+            return 1
         everything = _frames_of(self._results)
         named = named_frames(said, self.now.scene, everything)
         old = [i for i in named if i < len(everything) - len(self._results[-1].frames)]

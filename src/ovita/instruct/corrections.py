@@ -261,10 +261,15 @@ def _stays(span: Sequence[Phrase], gone: Sequence[int], at: int) -> bool:
     return keep or just or but if gone else keep and just
 
 
+def only_clauses(said: Remark) -> tuple[set[int], set[int]]:
+    """The clauses that say what alone is wanted, and those beside them that say what is to stay."""
+    keeping = {p.clause for p in said.cued("keep")}
+    return {p.clause for p in said.cued("only") if p.text.startswith(("only", "just"))} - keeping, keeping
+
+
 def only_and_keep(said: Remark) -> Iterator[Candidate]:
     """Without all but what is named, as the rest is to stay: "only the slowing down, leave the path alone"."""
-    keeping = {p.clause for p in said.cued("keep")}
-    alone = {p.clause for p in said.cued("only") if p.text.startswith(("only", "just"))} - keeping
+    alone, keeping = only_clauses(said)
     kept = said.meant([p for p in said.naming if p.clause in alone]) if keeping else []
     if 0 < len(kept) < len(said.before):
         yield Candidate(_all_but(said, kept), [p for p in said.active if p.clause in alone | keeping], sure=True)

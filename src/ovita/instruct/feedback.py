@@ -57,6 +57,11 @@ def named_frames(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> 
     return said.meant(said.pieces)
 
 
+def wants_only(text: str, scene: Scene) -> bool:
+    """Whether an utterance says what alone of all that was done is to stay."""
+    return all(C.only_clauses(Remark(pieces_of(text, scene, (), None), ())))
+
+
 def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
     """The objects that an answer such as "the blue one" names."""
     names_ = {name for piece in pieces_of(text, scene, (), None) for name in piece.items}
