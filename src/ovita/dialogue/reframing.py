@@ -223,7 +223,7 @@ class DialogueState:
         return max(filter(None, readings), key=lambda one: (-len(one.reading.unread), len(one.edits)), default=None)
 
     def _named_earlier(self, said: str) -> int:
-        """1 if it names changes of earlier turns only, or what alone of all is to stay, 2 if of the last too, else 0."""
+        """1 if it names earlier changes only, or what alone of all is to stay, 2 if the last too, else 0."""
         if wants_only(said, self.now.scene):
             return 1
         everything = _frames_of(self._results)
