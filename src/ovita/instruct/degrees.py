@@ -80,13 +80,15 @@ class Scale:
         """
         core = item.core(positions)
         apart = np.maximum(core.depth(positions), kept)
-        least, few = np.sort(apart)[[0, min(math.ceil(NEAR_WAYPOINTS * len(apart)), len(apart)) - 1]]
+        at, count = int(apart.argmin()), max(math.ceil(NEAR_WAYPOINTS * len(apart)), 1)
+        around = np.sort(apart[max(at - count, 0) : at + count + 1])  # of the nearest pass, not of another
+        least, few = around[0], around[min(count, len(around)) - 1]
         # The stretch along a wide object is long by itself.
         beyond = max(NEAR_SHARE * self.extent - float(core.half.max()), min(NEAR_SHARE * self.extent, WIDER * least))
         reach = nice(max(math.hypot(least, beyond), float(few)))
         passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
         other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)
-        return max(nice(ASIDE * other, up=False), float(few)) if other < reach else reach
+        return max(nice(ASIDE * other, up=False), nice(float(few))) if other < reach else reach
 
 
 WIDER = 0.25
