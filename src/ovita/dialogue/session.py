@@ -155,6 +155,7 @@ class Session:
             raise RequestError("an instruction is a text such as 'go left by 0.1'")
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
+        waited = self._pending is not None
         if self._pending is not None:
             settled, instruction = self._settled(instruction)
             if settled is not None:
@@ -175,6 +176,8 @@ class Session:
             return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
         found = respond(instruction, on, state)
         self._asked = found.asked
+        if found.goto is not None and waited and found.goto == self._history.back():
+            return self.dismiss(instruction)  # what was open was the last step
         if found.goto is not None:
             self._go(found.goto)
             return found.result

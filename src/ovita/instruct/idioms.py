@@ -52,6 +52,12 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (rf"\b(?:stop|halt) (?={_N} ?{_UNIT} (?:above|over) (?:the )?[\w' -]+ for\b)", "hover "),
         (r"\b(?:the|its|these|those) two ends\b", "both ends"),
+        (r"\bstart(?P<s>s|ing)? off (?=slow|fast|quick|gentl|soft)", r"start\g<s> "),
+        (r",? (?:instead of|rather than|and not|not) the other way (?:a?round|about)\b", ""),
+        (r"\bright (?=(?:into|onto|through|on top of|next to|beside|behind)\b)", ""),
+        (r"\b(?P<go>fly|flies|flying|run|runs|driv(?:e|es|ing)) right (?=over\b)", r"\g<go> "),
+        (r"\barch(?:es|ing)? (?=up|over|to the)", "go "),
+        (r"\bfrom side to side\b", "side to side"),
         (
             r"\b(?:stop|halt|come to (?:rest|a stop|a halt))"
             r" (?:briefly|shortly|momentarily|for a (?:moment|bit|while))\b"
@@ -70,7 +76,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?P<wait>\b(?:wait|pause|hold|stay|rest)\b[^.;!?]*?),?"
             r" before (?:it|he|she|you|they|the (?:robot|arm|drone))"
             r" (?:lifts?|rises?|goes|go|moves?|leaves?|starts?|continues?|drives?|flies|fly|carries|carry)"
-            r"(?: up| on| off| away| it| again)?(?=\s*(?:$|[.,;!]))",
+            r"(?: up| on| off| away| it| again)?(?=\s*(?:$|[.,;!?]))",
             r"\g<wait>",
         ),
         (
@@ -84,7 +90,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (r"\b(?:go|run) through it (?=at (?:an? )?(?:constant|steady|even|uniform|speed|pace|\d))", "go "),
         (
             r",? (?:until|till) (?:it|you|he|she) (?:stops|stop|halts|halt|arrives|arrive|ends|end|gets|get|is|are) "
-            r"(?:at|on|by|to) (?:the )?(?:goal|end|destination|finish)(?=\s*(?:$|[.,;!]))",
+            r"(?:at|on|by|to) (?:the )?(?:goal|end|destination|finish)(?=\s*(?:$|[.,;!?]))",
             "",
         ),
         (  # said to the person, not to the robot
@@ -112,7 +118,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"\b(?:(?:right |just |shortly )?before|when|while|as) (?:you |it |he |she )?"
             r"(?:sett?(?:s|ing)?|put(?:s|ting)?|plac(?:es?|ing)|lays?|laying|lower(?:s|ing)?) "
             r"(?:it|them|him|her|that|the (?!speed|height|pace|path|start|goal|end)\w+)(?: down)?"
-            r"(?=\s*(?:$|[.,;!]|and\b))",
+            r"(?=\s*(?:$|[.,;!?]|and\b))",
             "at the put-down",
         ),
         (
@@ -132,7 +138,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (r"\bon the straight (?:runs?|bits?|parts?|stretches|sections?|lines?|legs?)\b", "on the straights"),
         (
-            r"\bstill (?:end|ends|finish|stop|stops|arrive|land) (?:at|on|in|by) the \w+(?: \w+)?(?=\s*(?:$|[.,;!]))",
+            r"\bstill (?:end|ends|finish|stop|stops|arrive|land) (?:at|on|in|by) the \w+(?: \w+)?(?=\s*(?:$|[.,;!?]))",
             "keep the end",
         ),
         (
@@ -183,7 +189,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (rf"\b(?:the )?(?:last|final) {_PART} (?={_BY} )", ""),  # what is beside a thing is told by that alone
         (
             r"\bcome in (?:(?:a (?:bit|little)|more|nice and|very) )?(?:gently|softly|slowly|slower|gentler|easy)"
-            r"(?=\s*(?:$|[.,;!]|and\b))",
+            r"(?=\s*(?:$|[.,;!?]|and\b))",
             "slow down at the end",
         ),
         (
@@ -235,7 +241,7 @@ _NAMED: tuple[tuple[str, str], ...] = (
         r"near \g<at> \g<do> the path",
     ),
     (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
-    (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!]|and\b))", r"\g<one> and "),
+    (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!?]|and\b))", r"\g<one> and "),
 )
 """Turns of phrase about objects, whose names stand for each %s."""
 
@@ -255,10 +261,16 @@ def plainer(text: str, scene: Scene) -> str:
     return text
 
 
+_COUNTS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+
+
 def _numbered(text: str, scene: Scene) -> str:
     """An utterance with the names of objects that are numbered: "the second pylon", "pylons 1 and 2"."""
     names = {name.lower() for name in scene.names}
     for kind in {name.rpartition(" ")[0] for name in names if name[-1:].isdigit() and " " in name}:
+        for number, word in enumerate(_COUNTS, 1):
+            if f"{kind} {number}" in names and f"{kind} {word}" not in names:
+                text = re.sub(rf"\b{re.escape(kind)} {word}\b", f"{kind} {number}", text, flags=re.IGNORECASE)
         pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{_UNIT}\b)\b"
         text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
         same = rf"(?P<more>[^.;]*?),? (?:it|that)(?:'s| is) {re.escape(kind)} (?P<n>\d+)"

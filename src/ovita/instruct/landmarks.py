@@ -120,7 +120,7 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
 
 
 _STOP = re.compile(
-    rf"\b(after|behind|past|until|till)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:stop|pause|wait)\b"
+    rf"\b(after|behind|past|until|till)\s+the\s+(?:({'|'.join(_NUMBERS)})\s+)?(?:stop|pause|wait|hover|hold|halt)\b"
     r"(?!\s+(?:at|by|near|of|in|on|before|over))",
     re.IGNORECASE,
 )
@@ -174,7 +174,7 @@ _LONGER = re.compile(
 )
 _SKIP = re.compile(
     r"^(?P<lead>\W*(?:please |just )?)(?:skip|leave out|omit) (?:the )?"
-    r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!]|and\b|today\b))",
+    r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!?]|and\b|today\b))",
     re.IGNORECASE,
 )
 
