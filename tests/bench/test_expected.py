@@ -46,6 +46,7 @@ PAIRS = [
     ("eight at=middle size=20cm", "circle cup"),
     ("curve more", "curve less"),
     ("zigzag size=5cm", "wave size=15cm waves=1"),
+    ("spiral @last=50% turns=3", "zigzag @last=50%"),
     ("shake at=cup", "shake at=goal"),
     ("wait at=cup for=2s", "wait at=box for=2s"),
     ("arrive up by=20cm", "extend down=20cm"),

@@ -10,7 +10,20 @@ import ovita as ov
 from ovita.paths.geometry import turning_angles
 from ovita.paths.scene import Frame, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.toolkit import Recorder, circle, expect_side, figure_eight, hop, hover, judge, noise, spiral, wave, zigzag
+from ovita.toolkit import (
+    Recorder,
+    circle,
+    corkscrew,
+    expect_side,
+    figure_eight,
+    hop,
+    hover,
+    judge,
+    noise,
+    spiral,
+    wave,
+    zigzag,
+)
 
 BALL = SceneObject("ball", [0.5, 0.02, 0.0], [0.1, 0.1, 0.1])
 
@@ -369,3 +382,25 @@ def test_the_height_of_a_jump_is_measured_from_a_turned_top(line):
     s = np.sqrt(0.5)
     lying = SceneObject("bar", [0.5, 0, 0], [0.4, 0.02, 0.02], [s, 0, s, 0])
     assert hop(line, lying, 0.1)[:, 2].max() == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_a_corkscrew_winds_around_its_part_of_the_path_alone(line, clockwise):
+    half = np.arange(len(line)) >= len(line) // 2
+    out = corkscrew(line, 0.05, turns=3, where=half, clockwise=clockwise)
+    old = line[:, :3]
+    assert np.array_equal(out[: len(line) // 2], line[: len(line) // 2]) and np.allclose(out[-1, :3], old[-1])
+    along = (old[-1] - old[0]) / np.linalg.norm(old[-1] - old[0])
+    off = (out[:, :3] - old[0]) - ((out[:, :3] - old[0]) @ along)[:, None] * along
+    assert np.linalg.norm(off, axis=1).max() == pytest.approx(0.05, rel=0.02)
+    wound = np.flatnonzero(np.linalg.norm(off, axis=1) > 1e-3)
+    a, b = off[wound][:-1], off[wound][1:]
+    angle = np.arctan2(np.cross(a, b) @ along, (a * b).sum(axis=1)).sum() / (2 * np.pi)
+    assert abs(angle) == pytest.approx(3.0, abs=0.5) and (angle > 0) == clockwise
+
+
+def test_a_corkscrew_goes_round_what_goes_straight_down():
+    drop = np.column_stack([np.zeros(20), np.zeros(20), np.linspace(1.0, 0.0, 20), np.full(20, 0.1)])
+    out = corkscrew(drop, 0.1, turns=2)
+    assert np.linalg.norm(out[:, :2], axis=1).max() == pytest.approx(0.1, rel=0.02)
+    assert np.allclose(out[[0, -1]], drop[[0, -1]]) and (np.diff(out[:, 2]) < 0).all()

@@ -459,6 +459,8 @@ def _resample(case: _Asked, frame: F.Resample) -> Check:
 def _figure(case: _Asked, frame: F.Figure) -> Check:
     where, size = case.where(frame) if frame.part else None, case.metres(frame.size or frame.radius)
     place = _place(frame.place or "goal", case)
+    if frame.shape == "spiral" and where and not frame.place:
+        return asked.corkscrews(frame.turns.value if frame.turns else None, where=where)
     if frame.shape in ("circle", "spiral"):
         return _wound(case, frame, place)
     if frame.shape == "eight":

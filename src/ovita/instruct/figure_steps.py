@@ -108,7 +108,22 @@ def _radius_around(builder: PolicyBuilder, frame: F.Figure, words: str, point: A
     return builder.knob("circle_radius", metres, "to", f"radius around {words}", "radius", direction="larger")
 
 
+def _corkscrew(builder: PolicyBuilder, frame: F.Figure) -> None:
+    """A spiral of a part of the path, which winds around it."""
+    where, words = builder.part(frame.part)
+    metres = _size(builder, frame, "the radius of the corkscrew", 0.6, _room(builder, frame.part))
+    r = builder.knob("radius", metres, "to", "radius of the helix around the path", "radius", direction="larger")
+    n, turns = _turns(builder, frame, 3.0, "turns of the corkscrew")
+    call = f"traj = corkscrew(traj, {r}, turns={n}{argument(where)}{_sense(frame)})"
+    plan = f"Wind around the path in {turns:g} turns of radius {metres:g} m{words}."
+    promises = [f"expect_length(longer_by={r})", builder.rest_stays(where)] if builder.alone else []
+    builder.add(call, plan, *promises, ends=builder.stay())
+
+
 def _spiral(builder: PolicyBuilder, frame: F.Figure) -> None:
+    if frame.part and not frame.place and frame.rise is None:
+        _corkscrew(builder, frame)
+        return
     at, words = spot(builder, frame.place)
     radius, meaning = _size(builder, frame, "the radius of the spiral"), "largest radius of the spiral"
     r = builder.knob("spiral_radius", radius, "to", meaning, "radius", direction="larger")

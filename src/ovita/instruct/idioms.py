@@ -34,6 +34,22 @@ _COMES_NEAR = (
     rf"(?P<q>{_N} ?{_UNIT})(?: away)?\b"
 )
 
+_BIT = (
+    r"(?:the|its) (?P<part>last (?:stretch|bit|part|section|leg|piece)|final (?:stretch|bit|part|section|leg)|tail end"
+    r"|(?:climbing|rising|descending|falling) (?:bit|part|section|stretch)|climb|ascent|descent"
+    r"|(?:first|second|last) half|(?:first|middle|last) (?:third|quarter))(?: of (?:the|its) \w+)?"
+)
+_HELIX = r"an? (?:corkscrew|spiral|helix)\b"
+
+
+def _wound(found: re.Match[str]) -> str:
+    """A part of the path that is to wind, in words for that part: "turn the last stretch into a corkscrew"."""
+    part = found["part"].lower()
+    if part in ("down", "up") or part.startswith(("climb", "ris", "ascent", "desc", "fall")):
+        return f"a spiral in the {'descent' if part.startswith(('down', 'desc', 'fall')) else 'climb'}"
+    return f"a spiral in the {part if part.endswith(('half', 'third', 'quarter')) else 'last quarter'}"
+
+
 _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
     for said, meant in (
@@ -52,6 +68,8 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (rf"\b(?:stop|halt) (?={_N} ?{_UNIT} (?:above|over) (?:the )?[\w' -]+ for\b)", "hover "),
         (r"\b(?:the|its|these|those) two ends\b", "both ends"),
+        (rf"\b(?:turn|make|bend|change) {_BIT} (?:(?:in)?to )?{_HELIX}", _wound),
+        (rf"\b(?:come|comes|go|goes|fly|flies) (?P<part>down|up) in {_HELIX}", _wound),
         (r"\bstart(?P<s>s|ing)? off (?=slow|fast|quick|gentl|soft)", r"start\g<s> "),
         (r",? (?:instead of|rather than|and not|not) the other way (?:a?round|about)\b", ""),
         (r"\bright (?=(?:into|onto|through|on top of|next to|beside|behind)\b)", ""),

@@ -226,11 +226,16 @@ def _understood(
         rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
-    if reader is None or any(name_of(frame) not in TRAINED for frame in rules.frames):
+    if reader is None or any(name_of(frame) not in TRAINED or _winds(frame) for frame in rules.frames):
         return judged(said, rules, None)
     heard = reader.hear(text, scene, positions, before or None)
     learned = in_units(reader.reading(heard), said, positions)
     return judged(said, rules, learned, {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))})
+
+
+def _winds(frame: F.SemanticFrame) -> bool:
+    """Whether it is a spiral of a part of the path; the network knows but spirals at a place."""
+    return isinstance(frame, F.Figure) and frame.shape == "spiral" and bool(frame.part) and not frame.place
 
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:

@@ -13,7 +13,7 @@ from ovita.paths.geometry import Mask, runs, spacing
 from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.arguments import Place, Target, perpendicular, positive
+from ovita.toolkit.arguments import Place, Target, perpendicular, positive, smoothstep
 from ovita.toolkit.catalogue import Recorder, operation
 from ovita.toolkit.insertion import (
     along_arcs,
@@ -98,6 +98,44 @@ def spiral(
         final = curve(np.array([1.0, 1.0 - 1e-6]))
         points = np.concatenate([points, _rejoined(rows, i, points[-1], final[0] - final[1], size / 2.0, frame)])
     return inserted(rows, i, points)
+
+
+@operation("Draw figures")
+def corkscrew(
+    traj: ArrayLike,
+    radius: float,
+    *,
+    turns: float = 3.0,
+    where: ArrayLike | None = None,
+    clockwise: bool = False,
+    frame: Frame = RFU,
+) -> Array:
+    """Wind around the path, or around a part of it, in a helix.
+
+    Start and goal stay: the helix opens over the first fifth of the part and closes over the last.
+
+    Args:
+        traj: (N, 4); where the waypoints are too sparse for the turns, more are inserted.
+        radius: Of the helix [m], > 0.
+        turns: > 0.
+        clockwise: Turn clockwise as seen along the path.
+    """
+    rows = arguments.waypoints(traj)
+    size, count = positive(radius, "radius"), positive(turns, "turns", MOST_TURNS)
+    rows, stretches = _dense(rows, arguments.mask(where, len(rows)), PER_TURN * count)
+    sideways = perpendicular(course_headings(rows)) * frame.direction("up")[2]
+    upward = np.cross(sideways, arguments.headings(rows[:, :3]))
+    for stretch in stretches:
+        s = arc_length(rows[stretch, :3])
+        u = s / s[-1]
+        angle = 2.0 * np.pi * count * u[:, None] * _sense(clockwise)
+        opened = size * smoothstep(np.minimum(u, 1.0 - u) / OPENING)
+        rows[stretch, :3] += opened[:, None] * (np.cos(angle) * sideways[stretch] + np.sin(angle) * upward[stretch])
+    return rows
+
+
+OPENING = 0.2
+"""The share of its part over which a helix opens, and over which it closes."""
 
 
 @operation("Draw figures")

@@ -418,6 +418,29 @@ def swings(
 
 
 @predicate
+def corkscrews(pair: Pair, turns: float | None = None, *, where: Where = None) -> CheckResult:
+    """The path winds around the original, so many times give or take a third (None: at least once).
+
+    Args:
+        where: The part of the path in which it does.
+    """
+    source = project(pair.original[:, :3], pair.adapted[:, :3])[1]
+    off = pair.adapted[:, :3] - interpolate(pair.original[:, :3], source)
+    index = np.clip(np.rint(source).astype(int), 0, len(pair.original) - 1)
+    size = np.linalg.norm(off, axis=1)
+    clear = (size > 0.25 * max(float(size.max()), 1e-12)) & (True if where is None else selected(pair, where)[index])
+    one, other = off[clear][:-1], off[clear][1:]
+    ahead = np.gradient(pair.original[:, :3], axis=0)[index[clear]][:-1]
+    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    angles = np.arctan2((np.cross(one, other) * ahead).sum(axis=1), (one * other).sum(axis=1))
+    wound = abs(float(angles.sum())) / (2.0 * np.pi)
+    held = wound >= 0.75 if turns is None else abs(wound - turns) <= max(turns / 3.0, 0.5)
+    held = held and bool((np.abs(angles) < 2.0).all())  # a zigzag changes sides at once
+    fact = f"it winds {wound:.1f} times around the old path, {size.max():.3f} m off at most"
+    return say(held and size.max() > pair.noticeable, f"wind around the path{said(where)}", fact)
+
+
+@predicate
 def rests_at(pair: Pair, place: Any, *, steps: int | None = None, ends: bool = False) -> CheckResult:
     """The robot stands where the original comes closest to a place, within 4 % of the path's length.
 
