@@ -202,6 +202,7 @@ def test_accept_asks_nothing_and_json_never_asks(run):
 
 def test_accepting_changes_nothing_else(run):
     run("scene.json", SAID, "--out", "r.json")
+    assert run("r.json", "--accept", "--writer", "builtin").exit_code == 0
     refused = run("r.json", "--accept", "--robot", "drone")
     assert isinstance(refused.exception, RequestError) and "--robot" in str(refused.exception)
     run("scene.json", "go up by 0.1", "--out", "done.json")

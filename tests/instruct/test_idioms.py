@@ -94,6 +94,8 @@ def test_an_or_is_an_and_between_two_things_alone(said, plain):
         "lift the bottle",
         "stop 2 m back from the cup",
         "before it is set down",
+        "turn right into the lane",
+        "go right onto the ramp",
     ],
 )
 def test_what_is_no_turn_of_phrase_stays(said):

@@ -353,7 +353,9 @@ def test_too_much_is_what_was_added_last():
     session.say("and slow down near the plate")
     session.say("now 10 cm higher, but only between the plate and the bin")
     result = session.say("that's too much, half of it")
-    assert result.status == "done" and 0.02 < np.abs(result.adapted.positions[:, 2].max() - 0.2) + 0.05
+    assert result.status == "done" and lowest(result.adapted, 0.75) == pytest.approx(
+        lowest(SERVED, 0.75) + 0.05, abs=0.005
+    )
 
 
 def test_the_man_is_the_only_person_there_is():

@@ -5,7 +5,7 @@ import pytest
 
 from ovita.limits import ConstraintOptions, constrain
 from ovita.limits.problem import kind_of
-from ovita.paths.robot import Box, Robot
+from ovita.paths.robot import UNLIMITED, Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
@@ -160,3 +160,14 @@ def test_a_least_speed_is_kept_while_moving():
     tight = Robot("plane", None, min_speed=0.2, max_lateral_acceleration=0.1)
     found = constrain(bent, Scene(), tight, original=line())
     assert found.verdict.status == "infeasible" and "least speed" in found.verdict.conflicts[0]
+
+
+def test_a_margin_that_a_robot_states_is_kept_where_no_robot_asks_for_none():
+    """Nearer than the margin already: without a robot it may stay so, a robot that states one goes off."""
+    near = Scene((SceneObject("post", [0.0, 0.056, 0.0], [0.1, 0.1, 0.1]),))
+    path = line()
+    lifted = path.with_(positions=path.positions + np.array([0.0, 0.0, 0.001]))
+    free = constrain(lifted, near, UNLIMITED, original=path)
+    assert np.allclose(free.trajectory.positions, lifted.positions)
+    kept = constrain(lifted, near, Robot("arm of ours", None, max_speed=None, obstacle_margin=0.03), original=path)
+    assert near["post"].cuboid.closest(kept.trajectory.positions)[0] > 0.02

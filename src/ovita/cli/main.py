@@ -92,8 +92,7 @@ def cli() -> None:
     Exit codes: 0 done; 2 bad usage or input; 3 not done (not understood, a question, a proposal that waits for a yes,
     or the writer failed);
     4 infeasible (the limits cannot all hold; the best effort is written and flagged), or a result may not be sent to a
-    robot; 5 done, but changed by the limits, or breaking one that
-    the original path broke already; 6 not as meant.
+    robot; 5 done, but changed by the limits, or breaking one that the original path broke already; 6 not as meant.
     """
 
 

@@ -363,7 +363,7 @@ def _end_of_part(builder: PolicyBuilder, part: PathPart) -> PathPart:
     if len(chosen) < 2:
         return part
     inside = chosen[end.mask(builder.trajectory[chosen[0] : chosen[-1] + 1], builder.scene)]
-    return PathPart("range", amount=float(inside[0]), until=float(inside[-1]))
+    return PathPart("range", amount=float(inside[0]), until=float(inside[-1])) if len(inside) else part
 
 
 def _shifts(builder: PolicyBuilder) -> bool:

@@ -72,7 +72,11 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (rf"\b(?:come|comes|go|goes|fly|flies) (?P<part>down|up) in {_HELIX}", _wound),
         (r"\bstart(?P<s>s|ing)? off (?=slow|fast|quick|gentl|soft)", r"start\g<s> "),
         (r",? (?:instead of|rather than|and not|not) the other way (?:a?round|about)\b", ""),
-        (r"\bright (?=(?:into|onto|through|on top of|next to|beside|behind)\b)", ""),
+        (  # not "turn right into the aisle"
+            r"(?<!turn )(?<!turns )(?<!go )(?<!move )(?<!shift )(?<!veer )(?<!steer )(?<!to the )"
+            r"(?<!more )(?<!further )\bright (?=(?:into|onto|through|on top of|next to|beside|behind)\b)",
+            "",
+        ),
         (r"\b(?P<go>fly|flies|flying|run|runs|driv(?:e|es|ing)) right (?=over\b)", r"\g<go> "),
         (r"\barch(?:es|ing)? (?=up|over|to the)", "go "),
         (r"\bfrom side to side\b", "side to side"),

@@ -325,8 +325,8 @@ class Catalog:
         return (None, 0) if mention is None else (mention.items[0].position[None], mention.used)
 
 
-PEOPLE = "person man woman guy lady boy girl child kid worker operator human visitor guest colleague".split()
-"""Words for a person."""
+PEOPLE = ("person", "man", "woman", "guy", "lady", "human")
+"""Words that fit any person, whatever the scene calls it."""
 
 ROBOT = frozenset(
     """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot

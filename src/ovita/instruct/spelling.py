@@ -55,7 +55,9 @@ def _rightly() -> frozenset[str]:
 
 def _known_spelling(word: str, named: set[str]) -> str:
     names = [n for n in sorted(named) if close(word, n) or (len(n) == len(word) + 1 and n.startswith(word))]
-    names = names or [n for n in sorted(named) if n.endswith(word) or (len(n) >= SHORTEST and word.endswith(n))]
+    names = names or [
+        n for n in sorted(named) if len(word) > 3 and (n.endswith(word) or (len(n) >= SHORTEST and word.endswith(n)))
+    ]
     return names[0] if len(names) == 1 else _known_for(word)
 
 

@@ -40,7 +40,7 @@ import numpy as np
 
 from ovita.errors import ConstraintDefinitionError
 from ovita.paths.geometry import Cuboid
-from ovita.paths.robot import Box, Robot
+from ovita.paths.robot import UNLIMITED, Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory, is_real
 from ovita.text import counted, listed, sentence
@@ -472,7 +472,7 @@ def from_object(
             body = replace(body, radius=core + keep, keep=keep)
     elif original is not None and granted and 0.0 < (nearest := keep + body.closest(original)[0]) < keep:
         works = _works_on(body, original, nearest > robot.radius)
-        if works or robot.radius == 0.0:  # a robot of which no body is known: no nearer than the original
+        if works or robot == UNLIMITED:  # where no robot is named, nobody asked for a margin: no nearer than before
             body = replace(body, radius=core + nearest, keep=nearest)
             notes.append("at which the path works" if works else "as near as the original path")
     return replace(body, note=", ".join(notes))
