@@ -181,7 +181,7 @@ def test_passing_on_a_side_leaves_the_ends_where_they_are():
 
 def test_how_far_closer_goes_is_said():
     near = Scene((SceneObject("plate", [0.45, 0.36, 0.2], [0.2, 0.2, 0.02]),))
-    result = adapt(Request("Halve your distance to the plate", PATH, near), writer="builtin")
+    result = adapt(Request("Go 0.4 m closer to the plate", PATH, near), writer="builtin")
     assert any("ends at its surface" in assumption for assumption in result.assumptions)
 
 

@@ -122,6 +122,13 @@ class _Asked:
         fine = self.trajectory.resample(1000).positions
         return float(self.scene[place].distance(fine).min())
 
+    def gap(self, name: str) -> float:
+        """How near the path comes to an object's surface [m]; to its centre if its size is not known."""
+        item = self.scene[name]
+        if item.dimensions is None:
+            return self.distance(name)
+        return float(item.cuboid.closest(self.trajectory.positions)[0])
+
     def shift(self) -> dict[str, float]:
         """How far other frames shift the whole path, where they say it."""
         total: dict[str, float] = {}
@@ -211,12 +218,14 @@ def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
     share = frame.by if frame.by and frame.by.unit in SHARE_UNITS else None
     if share and frame.sense == "farther":
         times = share.value if share.unit == "x" and share.value > 1 else 1.0 + share.value
-        return P.farther(name, times=times, where=where)
+        if where is not None:
+            return P.farther(name, times=times, where=where)
+        return P.all_of(P.farther(name), P.min_distance(name, times * case.gap(name)))
     if where is not None:
         return asked.part_approached(name, frame.sense, where=where)
     by, amount = case.metres(frame.by), _amount(frame) if alone else None
     if share:
-        by = _nearer(share) * case.distance(name)
+        by = _nearer(share) * case.gap(name)
     aimed = alone and len(frame.objects) == 1
     judged = P.closer if frame.sense == "closer" else P.farther
     exactly = aimed and case.frames.count(frame) == 1

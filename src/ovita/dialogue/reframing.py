@@ -23,8 +23,8 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
-from ovita.instruct.idioms import with_name
+from ovita.instruct.frames import SPOTS, Keep, Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
+from ovita.instruct.idioms import with_name, with_place
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
@@ -59,6 +59,9 @@ FAR = 3.0
 
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
+
+WORDED = ("near", "first", "last", "middle", "after", "before", "between", "turns")
+"""Kinds of parts of which the words are those that a person would say."""
 
 TAKEN = {
     "accept": "it is right as it is; nothing is changed",
@@ -105,6 +108,13 @@ def back_first(said: str, state: DialogueState) -> tuple[str, str]:
     goes = edits and all(isinstance(edit, Command) and edit.command in ("undo", "restart") for edit in edits)
     goes = goes and not DENYING.issuperset(first.lower().split())  # "no, right" corrects
     return (first, rest) if goes and _is_certain(state._read(rest)) else ("", said)
+
+
+def _keeps_ends(edits: Sequence[Edit]) -> bool:
+    """Whether edits only leave start or goal where they were before all turns."""
+    return bool(edits) and all(
+        isinstance(edit, Also) and isinstance(edit.frame, Keep) and edit.frame.what in SPOTS for edit in edits
+    )
 
 
 @dataclass(frozen=True)
@@ -196,7 +206,13 @@ class DialogueState:
         return lost(self._results[:-1], before, self._results[-1], scene=scene)
 
     def named(self, said: str) -> str:
-        """What was said, with the one object of the last turn for an "it" that is a thing."""
+        """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
+        there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self._results else ()
+        parts = {frame.part for result in self._results[-1:] for frame in result.frames if frame.part}
+        if len(there) == 1:
+            said = with_place(said, f"at the {there[0].name}", self.now.scene)
+        elif not there and len(parts) == 1 and (part := parts.pop()).kind in WORDED:
+            said = with_place(said, part.words(), self.now.scene)
         names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
         return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
 
@@ -215,7 +231,7 @@ class DialogueState:
         last = self._about(said, results[-1:], len(results) - 1)
         if len(results) == 1 or not all(result.frames for result in results):
             return last
-        named = self._named_earlier(said)
+        named = 1 if last is not None and _keeps_ends(last.edits) else self._named_earlier(said)
         if last is not None and not last.reading.unread and not named:
             return last
         earlier = self._about(said, results, 0)
@@ -418,7 +434,7 @@ class DialogueState:
         if on == "original" or len(earlier) < len(self._results) - 1:
             result = self._adapt(self._transcript(feedback.said), self.now.original, (*_frames_of(earlier), *after))
             return self._noted(feedback, last, result, "said", "original")
-        if all(isinstance(edit, Also) for edit in edits):
+        if all(isinstance(edit, Also) for edit in edits) and not _keeps_ends(edits):
             added = after[len(feedback.frames) :]
             return self._noted(feedback, None, self._adapt(feedback.said, self.current, added), "said")
         if len(edits) == 1 and isinstance(edits[0], Rescale):
@@ -439,7 +455,7 @@ class DialogueState:
         if len(steps) < 2 or steps[-1].kind != "knobs":
             return {}
         old, now = (_numbers(step.adaptation) for step in steps[-2:])
-        least = 0.0 if BETWEEN & {*said.lower().replace(".", " ").split()} else -1e-9
+        least = 0.0 if BETWEEN & {*said.lower().replace(".", " ").replace("half way", "halfway").split()} else -1e-9
         back = [k for k in new.keys() & old.keys() & now.keys() if (new[k] - old[k]) * (now[k] - old[k]) <= least]
         middle = {k: (old[k] + now[k]) / 2.0 for k in back if now[k] != old[k]}
         return {k: round(v) if isinstance(new[k], int) else float(f"{v:.3g}") for k, v in middle.items()}

@@ -165,6 +165,9 @@ def amounts(said: Remark) -> Iterator[Candidate]:
     """More, less, or a factor on it."""
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
     named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
+    if said.cued("less", "not"):  # "not so slow at the cup", which is the one that was slowed down there
+        placed = [p for p in said.active if p.items and any(names(p, said.before[i]) for i in sized)]
+        named += [*placed, *(said.of("near", "at") if placed else ())]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
     factor = _factor(said)
     if sized and factor is not None:

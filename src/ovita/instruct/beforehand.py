@@ -8,8 +8,8 @@ from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals, moved_ends
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import UNKNOWN
-from ovita.instruct.idioms import plainer, without_cargo
-from ovita.instruct.landmarks import by_number, by_stops, on_axes
+from ovita.instruct.idioms import plainer, without_cargo, without_now
+from ovita.instruct.landmarks import by_number, by_stops, not_so_high, on_axes
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
 from ovita.instruct.rules import PAUSES
@@ -18,8 +18,12 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
 
-def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
-    """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken."""
+def put_plainly(text: str, scene: Scene, positions: Array | None, *, first: bool = False) -> tuple[str, str]:
+    """An utterance without slips of the tongue, idioms, compass points and numbers of rows, and what was taken.
+
+    The first one about a path says nothing of what was done to it.
+    """
+    text = not_so_high(without_now(text, scene), scene, positions) if first else text
     text, points = on_axes(repaired(plainer(without_cargo(written_out(text), scene), scene), scene, positions), scene)
     text = by_stops(text, scene, positions)
     text, stretches = by_number(text, scene, positions)

@@ -415,7 +415,8 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
     reach, rest = _near_without_stays(builder, item, usual) if _shifts(builder) else (usual, ())
-    builder.assume(f'"near {item.name}" is within {reach:g} m of its centre')
+    wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
+    builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 

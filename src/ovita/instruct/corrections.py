@@ -165,6 +165,26 @@ def ends_left_out(said: Remark) -> Iterator[Candidate]:
         yield Candidate(tuple(E.Except(part=PathPart(kind)) for kind in kinds), (*ends, *no))
 
 
+def ends_kept(said: Remark) -> Iterator[Candidate]:
+    """An end where it was before all turns: "leave the start where it was"; "same for the end", as the start stays."""
+    pieces = [p for p in said.pieces if p.concept in ("start", "goal")]
+    stay = [p for p in said.pieces if "keep" in p.cues or p.concept == "original"]
+    ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
+    kept = any(_stays_at(frame, *(F.OTHER_END[end] for end in ends)) for frame in said.before)
+    same = [p for p in said.active if "same" in p.text.split()] if kept and len(ends) == 1 else []
+    told = [p for p in said.pieces if p.number or p.items or heading(p)]
+    if said.before and ends and (stay or same) and not told:
+        edits = tuple(E.Also(frame=F.Keep(what=end)) for end in ends)
+        yield Candidate(edits, (*pieces, *stay, *same, *said.cued("not", "also", "restart", "undo")), sure=True)
+
+
+def _stays_at(frame: F.SemanticFrame, *ends: str) -> bool:
+    """Whether a frame leaves the path as it is at some end."""
+    parts = (frame.part, *frame.part.parts) if frame.part else ()
+    left = {part.parts[0].kind for part in parts if part.kind == "outside"}
+    return any(STRETCH_AT[end] in left or (isinstance(frame, F.Keep) and frame.what == end) for end in ends)
+
+
 def everywhere(said: Remark) -> Iterator[Candidate]:
     """On the whole path, where a part was said before."""
     whole = said.cued("whole")

@@ -158,7 +158,8 @@ def _swing(builder: PolicyBuilder, frame: F.Figure) -> None:
     shaking = frame.shape == "shake"
     what = "the shaking" if shaking else f"the amplitude of the {frame.shape}"
     metres = _size(builder, frame, what, 0.15 if shaking else 0.6, _room(builder, frame.part or around))
-    a = builder.knob("amplitude", metres, "to", "to each side", "size", direction="larger")
+    side = "up and down" if frame.upright else "to each side"
+    a = builder.knob("amplitude", metres, "to", side, "size", direction="larger")
     promises = ["expect_length(longer_by=0.0)", builder.rest_stays(where)] if builder.alone else []
     if shaking:
         plan = f"Add random displacements of {metres:g} m{words}."
@@ -166,8 +167,9 @@ def _swing(builder: PolicyBuilder, frame: F.Figure) -> None:
         return
     count = frame.waves or frame.turns
     n = builder.knob("waves", max(1, round(count.value)) if count else 5, "count", "number of waves", "waves", unit="")
-    call = f"traj = {frame.shape}(traj, {a}, waves={n}{argument(where)})"
-    plan = f"Follow the path in a {frame.shape} of {metres:g} m to each side{words}."
+    along = ", direction='up'" if frame.upright else ""
+    call = f"traj = {frame.shape}(traj, {a}, waves={n}{along}{argument(where)})"
+    plan = f"Follow the path in a {frame.shape} of {metres:g} m {side}{words}."
     builder.add(call, plan, *promises, ends={} if where else builder.stay())
 
 

@@ -185,11 +185,15 @@ class Avoid(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Side(SemanticFrame):
-    """Pass an object on one side of it, or on the other side than now; with `along`, the path stays there."""
+    """Pass an object on one side of it, so far from its side, or on the other side than now.
+
+    With `along`, the path stays there.
+    """
 
     NAME = "side"
     objects: tuple[str, ...]
     direction: Direction | Literal["other"]
+    by: Quantity | None = field(default=None, metadata=_in("m"))
     along: bool = False
 
 
@@ -284,7 +288,10 @@ class Resample(SemanticFrame):
 
 @dataclass(frozen=True, kw_only=True)
 class Figure(SemanticFrame):
-    """A figure on the way: a circle around an object, or a spiral, eight, zigzag, wave or shaking at a place."""
+    """A figure on the way: a circle around an object, or a spiral, eight, zigzag, wave or shaking at a place.
+
+    A wave or zigzag goes to each side, `upright` up and down.
+    """
 
     NAME = "circle"
     shape: Literal["circle", "spiral", "eight", "zigzag", "wave", "shake"]
@@ -295,6 +302,7 @@ class Figure(SemanticFrame):
     waves: Quantity | None = field(default=None, metadata=_in("turns", ""))
     rise: Quantity | None = field(default=None, metadata=_in("m", ""))
     sense: Sense | None = None
+    upright: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -492,6 +500,9 @@ def _selected(part: PathPart, selection: PathPart) -> PathPart:
         return selection
     return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts))
 
+
+OTHER_END = {"start": "goal", "goal": "start"}
+"""The other end of the path."""
 
 CALLED = {Approach: "sense", Figure: "shape"}
 """Frames that the notation calls by one of their slots."""

@@ -50,6 +50,11 @@ def _wound(found: re.Match[str]) -> str:
     return f"a spiral in the {part if part.endswith(('half', 'third', 'quarter')) else 'last quarter'}"
 
 
+def _pace_for(percent: float, more: str) -> float:
+    """How many times as fast something is that takes so many per cent longer, or less time."""
+    return 1.0 / max(1.0 + (1 if more in ("longer", "more time") else -1) * percent / 100.0, 0.01)
+
+
 _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(said, re.IGNORECASE), meant)
     for said, meant in (
@@ -126,6 +131,37 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"\bstop (?=(?:next to|at|by|near|beside|in front of|over|above) (?:(?!\band\b)[^.,;!?])+? "
             r"(?:so(?: that)? \w+(?: \w+)? (?:can|may|could)|to let)\b)",
             "wait ",
+        ),
+        (  # what people do meanwhile
+            r",? \bso(?: that)? (?:I|we|he|she|they|people|everyone) (?:can|could|may|might)\b[^.;!?,]*?"
+            r"(?=\s*(?:$|[.;!?,]|\b(?:and )?then\b))",
+            "",
+        ),
+        (
+            r"\b(?:start|begin|set off|take off)(?: off| out)? (?:gently|slowly|softly|slow|easy)\b,?(?: and| but)?"
+            r"(?: then| after that)?(?: (?:go|continue|carry|proceed|drive|fly|run|move))?(?: on)?(?: at| with| to)?"
+            r"(?: the| its| your)? (?:normal|usual|regular|same|old) (?:pace|speed)\b(?: as (?:before|now))?",
+            "slower at the start",
+        ),
+        (
+            r"\b(?:start|begin)(?: off| out)? (?:gently|slowly|softly|slow)(?:,| and) (?:then )?"
+            r"(?:pick up (?:speed|pace)|get faster|speed up|accelerate)\b",
+            "speed up gradually",
+        ),
+        (
+            r"\b(?:set|put|lay|plac)(?:e|ing|ting)? (?:it|them|that|the \w+) down (?P<by>\S+ ?(?:mm|cm|m)\b) "
+            r"(?:further |more )?(?P<way>lower|higher|further down|further up)\b",
+            r"end \g<by> \g<way>",
+        ),
+        (
+            rf"\b(?:take|takes|taking|last|lasts|be|run) (?:(?:about|some|roughly) )?(?P<q>{_N}) ?(?:%|per ?cent) "
+            r"(?P<more>longer|more time|less time|less long|shorter)\b",
+            lambda it: f"go at {_pace_for(float(it['q']), it['more'].lower()):.4g} times the speed",
+        ),
+        (
+            rf"\b(?P<do>{_STAND})(?: it)? (?:for )?(?:a|one) (?P<unit>second|sec|minute)\b"
+            r"(?=\s*(?:$|[.,;!?]|(?:over|above|at|near|by|in|on|before|and|then|there)\b))",
+            r"\g<do> 1 \g<unit>",
         ),
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
@@ -262,6 +298,12 @@ _NAMED: tuple[tuple[str, str], ...] = (
         r" (?:over|along|at|near|by|past) (?P<at>%s)",
         r"near \g<at> \g<do> the path",
     ),
+    (
+        r"(?P<one>%s) (?:must(?:n'?t| not)|should(?:n'?t| not)|can(?:'?t|not| not)|may not) (?:be|get) "
+        r"(?:bumped|knocked|hit|touched|brushed|scratched|grazed|disturbed)(?: into| over| against)?\b",
+        r"do not touch \g<one>",
+    ),
+    (r"\bto the (?P<one>%s) side\b", r"toward \g<one>"),
     (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!?]|and\b))", r"\g<one> and "),
 )
@@ -374,6 +416,20 @@ def _names(scene: Scene) -> str:
 _PASSED_IT = re.compile(
     r"\b(pass|passing|past|near|by|around|over|under|beside|behind|next to|close to) it\b", re.IGNORECASE
 )
+
+
+_THERE = re.compile(
+    r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|slower|faster|higher|lower|slow down|speed up|closer)\b[^.,;!?]*?) "
+    r"there\b(?! (?:is|are|was|were)\b)",
+    re.IGNORECASE,
+)
+
+
+def with_place(text: str, place: str, scene: Scene) -> str:
+    """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
+    if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
+        return text
+    return _THERE.sub(lambda found: f"{found['do']} {place}", text)
 
 
 def with_name(text: str, name: str, scene: Scene) -> str:

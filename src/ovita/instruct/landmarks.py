@@ -156,6 +156,21 @@ _EXTREME = re.compile(
 )
 _EXTREMES = {"highest": "up", "topmost": "up", "lowest": "down", "leftmost": "left", "rightmost": "right"}
 
+_NOT_SO = re.compile(
+    r"\b(?:don'?t|do not|not|needn'?t|shouldn'?t|never)(?: (?:have|need) to)?"
+    r"(?: (?:go|fly|come|get|swing|reach|rise|lift|climb|dip|sink|drop|be|move))?(?: it)?"
+    r"(?: quite| all| nearly)? (?:so|as|that|too|this) (?P<way>high|low)(?: up| down)?"
+    r"(?=\s*(?:$|[.,;!?]|\b(?:and|but|or|please|because)\b))",
+    re.IGNORECASE,
+)
+_TOP = re.compile(
+    r"\b(?:at|near|around|over|in) (?:the |its )?(?:very )?(?P<which>top|peak|apex|summit|bottom)(?! of)\b",
+    re.IGNORECASE,
+)
+BULGE, TOP, LEVEL = 0.3, 0.25, 0.05
+"""Shares of how far a path rises, by which it is higher than its ends to bulge, and how much of it is the top; and the
+share of its extent by which a path rises that is not level."""
+
 _PUT_DOWN = re.compile(r"\bat the put-down\b", re.IGNORECASE)
 _PUT_ASIDE = re.compile(r"\bput-down (?P<by>.+?) further (?P<way>left|right)\b", re.IGNORECASE)
 _WAITS = re.compile(r"\b(?:wait|pause|hold|hover|stop|stay)", re.IGNORECASE)
@@ -192,6 +207,7 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     if positions is None:
         return _PUT_ASIDE.sub(r"end \g<by> further \g<way>", _PUT_DOWN.sub("at the end", text))
     text = _EXTREME.sub(lambda found: _extreme(found, scene, positions), text)
+    text = _TOP.sub(lambda found: _top(found, scene, positions), text)
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
     stops = _Stops(scene, positions, tuple((a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)))
     if (turn := turning_back(positions, [a for a, _ in stops.at])) is not None:
@@ -321,6 +337,41 @@ def _extreme(found: re.Match[str], scene: Scene, positions: Array) -> str:
     if link == "at":
         return f"at waypoint {at}"
     return f"up to waypoint {at}" if link in ("before", "until", "till") else f"from waypoint {at} on"
+
+
+def _bulge(up: Array) -> bool:
+    """Whether a path of heights (N,) is higher on the way than at both its ends."""
+    return float(up.max() - max(up[0], up[-1])) > BULGE * float(up.max() - up.min())
+
+
+def _top(found: re.Match[str], scene: Scene, positions: Array) -> str:
+    """The top or the bottom of a path (N, 3) [m] that is not level, as waypoints; of a wait, its highest one."""
+    up = positions @ scene.frame.direction("down" if found["which"].lower() == "bottom" else "up")
+    rise, wide = float(np.ptp(up)), float(np.ptp(positions, axis=0).max())
+    if rise < LEVEL * wide or any(found["which"].lower() in name.lower().split() for name in scene.names):
+        return found[0]
+    if _WAITS.search(found.string):
+        return f"at waypoint {int(up.argmax()) + 1}"
+    high = up >= up.max() - TOP * rise
+    first, last = next(run for run in runs(high) if run[0] <= up.argmax() <= run[1])
+    return f"at waypoints {first + 1} to {last + 1}"
+
+
+def not_so_high(text: str, scene: Scene, positions: Array | None) -> str:
+    """A first instruction with "lower" for "not so high": but for the ends, if these are lower anyway.
+
+    Args:
+        text: As it was said or typed.
+        scene: With the frame of the directions.
+        positions: The path (N, 3) [m], or None.
+    """
+
+    def lower(found: re.Match[str]) -> str:
+        way, change = ("up", "lower") if found["way"].lower() == "high" else ("down", "higher")
+        bulges = positions is not None and _bulge(positions @ scene.frame.direction(way))
+        return f"go {change}{', keep the start and the end' if bulges else ''}"
+
+    return _NOT_SO.sub(lower, text)
 
 
 def turning_back(positions: Array, stops: Sequence[int]) -> int | None:

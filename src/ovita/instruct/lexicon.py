@@ -197,3 +197,35 @@ def is_known(word: str) -> bool:
 def is_filler(word: str) -> bool:
     """Whether a word asks for nothing by itself."""
     return any(form in filler() for form in stems(word))
+
+
+DEEPEST = 3
+"""How far the sorts of sorts are followed: a spaniel is a dog, a dog an animal."""
+
+ITSELF = frozenset(
+    "robot arm drone gripper tool tip machine vehicle platform rover boat ship truck car cart plane".split()
+)
+"""Words that mean the robot wherever no object bears that name."""
+
+
+@cache
+def _sorts_of() -> Mapping[str, frozenset[str]]:
+    """The nouns of `sorts/*.txt`, each with the sorts that it is of."""
+    found: dict[str, set[str]] = {}
+    for sort, nouns in concepts(folder="sorts").items():
+        for noun in nouns:
+            found.setdefault(noun, set()).add(sort)
+    for _ in range(DEEPEST - 1):
+        for sorts in found.values():
+            sorts |= set().union(*(found.get(sort, set()) for sort in sorts))
+    return {noun: frozenset(sorts - {noun} - ITSELF) for noun, sorts in found.items()}
+
+
+def sorts_of(name: Sequence[str]) -> frozenset[str]:
+    """The sorts of a thing, by the longest end of its name that is known; none for an unknown one.
+
+    Args:
+        name: The words of its name, in the singular.
+    """
+    table = _sorts_of()
+    return next((table[end] for i in range(len(name)) if (end := " ".join(name[i:])) in table), frozenset())

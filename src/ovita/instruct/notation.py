@@ -272,7 +272,7 @@ class _Words:
             return {"offset": ((word, None),)}
         if word in _SLOT_OF[kind]:
             return {_SLOT_OF[kind][word]: word}
-        if word in ("along", "longer") and word in known:
+        if word in ("along", "longer", "upright") and word in known:
             return {word: True}
         if "angle" in known and _NUMBER.fullmatch(word):
             return {"angle": quantity(word)}
@@ -466,7 +466,7 @@ def _slot_shown(frame: F.SemanticFrame, slot: str) -> str:
             return f"{_key_shown(frame)}={_place_shown(value)}".removeprefix("=")
         case "about" | "of" if value:
             return f"{slot}={_place_shown(value)}"
-        case "along" | "longer" if value:
+        case "along" | "longer" | "upright" if value:
             return slot
         case "change" | "end" | "what" | "axis" | "direction" | "number" | "sense":
             return "" if value in (*_UNSAID, F.name_of(frame)) else str(value)

@@ -60,8 +60,9 @@ def _closer(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> Non
 
 def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float:
     """How much closer to an object [m]: by a length, by a share of the distance or to one, or what suits the scene."""
-    now, q = closest_to_point(builder.positions, item.position)[0], frame.by
+    now, q = surface_distance(item, builder.positions), frame.by
     if q is None:
+        now = closest_to_point(builder.positions, item.position)[0]
         share = APPROACH[degree(frame)] * (now + 0.1 * builder.scale.extent)
         gap, least = surface_distance(item, builder.positions), GAINS["slight"][1] * builder.scale.extent
         share = min(share, max(MOST_OF * gap, least))
@@ -88,8 +89,12 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
     where, part = builder.part(frame.part)
     ref, q, about = builder.ref(item), frame.by, item.name
     promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
-    if q is not None and q.unit in ("x", "%"):
-        times = q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
+    times = _times(q)
+    if times > 1.0 and not where:
+        gap = surface_distance(item, builder.positions)
+        q = F.Quantity(float(f"{(times - 1.0) * gap:.3g}"), "m")
+        builder.assume(f"{times:g} times the distance to {about} is {times * gap:.3g} m where the path passes it")
+    elif times > 1.0:
         meaning = f"factor on the distance to {about}"
         name = builder.knob("times", times, "factor", meaning, "by", unit="", about=about, direction="away")
         call = f"traj = farther(traj, {ref}, times={name}{further})"
@@ -105,6 +110,13 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
         promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
     call = f"traj = farther(traj, {ref}, {name}{reach}{further})"
     builder.add(call, f"Take the path {by:g} m farther from {about}{part}.", promise)
+
+
+def _times(q: F.Quantity | None) -> float:
+    """How many times as far as now is asked for; 1 where it is not told by that."""
+    if q is None or q.unit not in ("x", "%"):
+        return 1.0
+    return q.value if q.unit == "x" and q.value > 1 else 1.0 + q.value
 
 
 def _without_crowding(builder: PolicyBuilder, item: SceneObject, by: float) -> float:
@@ -334,7 +346,7 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
         if frame.by is None and _passes_over(builder, item, top):
             _wait_over(builder, frame, item)
             continue
-        usual = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item))
+        usual = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item), _above(builder, item))
         name, gap = _height_above(builder, item, frame.by, usual)
         count, ref, up = steps(builder, frame.duration), builder.ref(item), _beyond(name, top)
         builder.add(
@@ -346,14 +358,27 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
 
 
 def _passes_over(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
-    """Whether the path passes over an object with a known size already, a little above it at most."""
+    """Whether the path passes over an object with a known size already, less than half its extent above it."""
     if item.dimensions is None:
         return False
     up = builder.axis("up")
     away = builder.passing(item.position) - item.position
     rise = float(away @ up)
     aside = float(np.linalg.norm(away - rise * up))
-    return top <= rise <= top + builder.scale.step("large") and aside <= float(np.sort(item.size)[1]) / 2.0
+    return top <= rise <= top + HIGH_UP * builder.scale.extent and aside <= float(np.sort(item.size)[1]) / 2.0
+
+
+def _above(builder: PolicyBuilder, item: SceneObject) -> float:
+    """How far above an object's top the path passes by it [m], less than half its extent; 0 of others."""
+    if item.dimensions is None:
+        return 0.0
+    up = builder.axis("up")
+    now = float((builder.passing(item.position) - item.position) @ up) - extent(item, up)
+    return float(f"{now:.3g}") if 0.0 < now <= HIGH_UP * builder.scale.extent else 0.0
+
+
+HIGH_UP = 0.5
+"""How far above an object's top the path may be to stay that high where it hovers, as a share of the path's extent."""
 
 
 def _wait_over(builder: PolicyBuilder, frame: F.Hover, item: SceneObject) -> None:
@@ -410,7 +435,7 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         passes = not where and (frame.direction == "other" or not (frame.along or stays))
         if passes:  # no nearer than it passes now, as far as that goes
             gap = max(gap, nice(min(now, builder.scale.step("moderate"))))
-        builder.assume(f"the distance kept {words} is {gap:g} m")
+        gap = builder.length(frame.by, gap, f"the distance kept {words}")
         name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
         if passes:
             plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ovita.instruct.lexicon import concept_at, is_filler, terms
+from ovita.instruct.lexicon import concept_at, is_filler, is_known, sorts_of, terms
 from ovita.instruct.numerals import NUMBER_WORDS
 from ovita.limits.problem import is_support, kind_of
 from ovita.paths.scene import POINT, Scene, SceneObject, canonical
@@ -172,6 +172,10 @@ class Catalog:
         for item in scene:
             if 0 < len(self.words[item.name]) <= NAMED:
                 self.heads.setdefault(head_of(self.words[item.name]), []).append(item)
+        self.sorts: dict[str, list[SceneObject]] = {}
+        for item in scene:
+            for sort in sorts_of([singular(word) for word in self.words[item.name]]):
+                self.sorts.setdefault(sort, []).append(item)
         self.names = self._all_names()
         self.longest = max((len(name) for name in self.names), default=0)
         self.traits = traits(scene, self.words)
@@ -274,7 +278,7 @@ class Catalog:
 
     def is_noun(self, word: str) -> bool:
         """Whether a word, in the singular or the plural, means objects of some kind."""
-        return self.of_kind(singular(word)) is not None
+        return self.of_kind(singular(word)) is not None or singular(word) in self.sorts
 
     def of_kind(self, noun: str) -> Sequence[SceneObject] | None:
         """The objects of the kind that a noun means; None where it means none."""
@@ -349,12 +353,13 @@ TOWARDS = {
 """Superlatives of places, and the direction in which they lie."""
 
 SIZED = {
-    "tallest": (1.0, "tall"), "shortest": (-1.0, "tall"),
-    **dict.fromkeys(("biggest", "largest", "bulkiest", "hugest"), (1.0, "big")),
-    **dict.fromkeys(("smallest", "tiniest", "littlest"), (-1.0, "big")),
-    **dict.fromkeys(("widest", "longest"), (1.0, "wide")), "narrowest": (-1.0, "wide"),
+    **dict.fromkeys(("tallest", "taller"), (1.0, "tall")), **dict.fromkeys(("shortest", "shorter"), (-1.0, "tall")),
+    **dict.fromkeys(("biggest", "largest", "bulkiest", "hugest", "bigger", "larger"), (1.0, "big")),
+    **dict.fromkeys(("smallest", "tiniest", "littlest", "smaller"), (-1.0, "big")),
+    **dict.fromkeys(("widest", "longest", "wider", "longer"), (1.0, "wide")),
+    **dict.fromkeys(("narrowest", "narrower"), (-1.0, "wide")),
 }  # fmt: skip
-"""Superlatives of sizes, and what they compare."""
+"""Superlatives of sizes, and comparatives that pick one of two, and what they compare."""
 
 
 COUNTED = {"first": 0, "second": 1, "third": 2, "last": -1}
@@ -381,19 +386,23 @@ class _Phrase:
 
     def read(self) -> list[SceneObject] | None:
         """The objects that fit, or None if this is no description of an object."""
+        begin = self.at
         self.skip()
         quantified = self._quantifier()
         self.skip()
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
         of_kind = self.catalog.of_kind(noun)
+        of_sort = of_kind is None and (self.at > begin or plural or not is_known(noun))
+        if of_sort:
+            of_kind = self.catalog.sorts.get(noun)
         if of_kind is None or (noun == "one" and not self._told()):
             return None
         self.at += 1
         self._behind()
         self.many = self.many or plural
         items = [item for item in of_kind if all(self.catalog.fits(item, trait) for trait in self.traits)]
-        mere = not (noun in GENERIC or quantified or plural or self._told())
+        mere = not (noun in GENERIC or of_sort or quantified or plural or self._told())
         return None if mere and len(items) == 1 else items
 
     def _told(self) -> bool:

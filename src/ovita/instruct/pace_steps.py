@@ -65,7 +65,38 @@ def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
 
 def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFrame:
     """A change of speed or place with the part that is meant by what is before a thing."""
-    return replace(frame, part=_on_the_way(builder, frame))
+    return replace(frame, part=_along_it(builder, frame, _on_the_way(builder, frame)))
+
+
+def _along_it(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
+    """Before or after a long thing: before the path comes to it, and after it has left it.
+
+    What is told from both begins where the path comes to it.
+    """
+    item = builder.item(part.places[0]) if part.kind in ("before", "after") and _named(part) else None
+    if item is None or item.dimensions is None:
+        return part
+    gaps = item.cuboid.signed(builder.trajectory.positions)[0]
+    beside = gaps <= gaps.min() + ABOUT_IT * float(item.size.max())
+    first, last = next(run for run in runs(beside) if run[0] <= gaps.argmin() <= run[1])
+    both_told = any(other.part.kind == "before" and other.part.places == part.places for other in builder.frames)
+    if last - first < LONG_BY or (part.kind == "before" and first == 0) or last == len(gaps) - 1:
+        return part
+    if part.kind == "before":
+        builder.assume(f'"before {item.name}" ends where the path comes to it, at waypoint {first + 1}')
+        return PathPart("range", amount=0.0, until=float(first - 1))
+    begin = first if both_told else last
+    builder.assume(f'"after {item.name}" begins where the path {"comes to" if both_told else "leaves"} it')
+    return PathPart("range", amount=float(begin))
+
+
+def _named(part: PathPart) -> bool:
+    return isinstance(part.places[0], str)
+
+
+ABOUT_IT, LONG_BY = 0.1, 3
+"""How much farther off than its nearest the path is still beside a thing, as a share of its longest side, and the
+waypoints beside it from which on it is long."""
 
 
 def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
@@ -225,7 +256,8 @@ def _from_to(s: _Speed) -> tuple[float, float]:
     if s.q is not None:
         end = s.value(s.mean)
     elif rises:
-        end = 1.5 * float(s.all.max())
+        behind = s.all[int(np.flatnonzero(s.mask)[-1]) + 1 :] if s.mask.any() else s.all[:0]
+        end = float(behind[0]) if len(behind) and behind[0] > 0.0 else 1.5 * float(s.all.max())
     else:
         end = 0.0 if s.mask.all() or s.frame.part.kind in ("last", "after") else 0.25 * s.mean
     if rises:

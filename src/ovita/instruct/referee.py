@@ -32,7 +32,6 @@ from ovita.instruct.contradictions import (
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.frames import name_of
-from ovita.instruct.idioms import without_now
 from ovita.instruct.meaning import same
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
@@ -142,7 +141,7 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text, taken = put_plainly(text if before else without_now(text, scene), scene, positions)
+    text, taken = put_plainly(text, scene, positions, first=not before)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )

@@ -41,7 +41,7 @@ def respelt(words: Sequence[str], catalog: Catalog) -> tuple[list[str], list[str
 
 
 def _is_known(word: str, named: set[str], catalog: Catalog) -> bool:
-    if singular(word) in named or word in named or word in catalog.vocabulary:
+    if singular(word) in named or word in named or word in catalog.vocabulary or singular(word) in catalog.sorts:
         return True
     return any(form in known_words() or form in OTHERS for form in (*stems(word), singular(word))) or word in _rightly()
 

@@ -181,6 +181,9 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     kinds = {chunk.kind for chunk in said}
     if "eight" not in kinds and kinds & {"circle", "laps"}:
         frames = tuple(map(_no_eight, frames))
+    text = f" {' '.join(chunk.text.lower() for chunk in said)} "
+    if any(f" {words} " in text for words in UPRIGHT):
+        frames = tuple(map(_upright, frames))
     if kinds & {"down", "up", "lower", "raise"} and "keep" not in kinds:
         frames = tuple(map(_reached_last, frames))
     slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
@@ -195,6 +198,18 @@ def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
     if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
         return frame
     return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
+
+
+def _upright(frame: F.SemanticFrame) -> F.SemanticFrame:
+    swings = isinstance(frame, F.Figure) and frame.shape in ("wave", "zigzag")
+    return replace(frame, upright=True) if swings else frame  # type: ignore[call-arg]
+
+
+UPRIGHT = (
+    "up and down", "down and up", "vertical", "vertically", "in height", "in z", "bob", "bobbing", "porpoise", "humps",
+    "rollercoaster", "roller coaster",
+)  # fmt: skip
+"""Words for swinging up and down."""
 
 
 def _no_eight(frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -394,10 +409,21 @@ def with_units(
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
         bare = _bare(frame, numbers)
-        return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
+        if not bare:
+            return frame
+        frame = _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()})
+        return _as_target(frame) if isinstance(frame, F.Pace) and apart else frame
 
+    apart = any(one.kind == "comma" and other.kind == "Qn" for one, other in pairwise(said))
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
     return tuple(map(filled, frames))
+
+
+def _as_target(pace: F.Pace) -> F.Pace:
+    """A speed behind a comma is the one to have: "slower, 0.2"."""
+    if pace.change not in ("faster", "slower") or pace.amount is None or pace.amount.role != "by":
+        return pace
+    return replace(pace, change="set", amount=replace(pace.amount, role="to"))
 
 
 def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:

@@ -372,6 +372,8 @@ _MASKS: Mapping[str, Callable[[PathPart, Trajectory, Scene], Mask]] = {
 def _amount_words(part: PathPart) -> str:
     amount = part.amount or 0.0
     end = "in the " + part.kind
+    if (part.unit, amount) == ("waypoints", 1.0):
+        return f"at the {part.kind} waypoint"
     if part.unit == "share":
         return f"{end} {amount:.0%}"
     return f"{end} {amount:g} {'waypoints' if part.unit == 'waypoints' else part.unit}"
