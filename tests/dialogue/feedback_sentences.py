@@ -413,6 +413,19 @@ FOURTH = [
         "everything but the shift to the left",
         {"left": 0.0, "up": 0.1, "at_cup": 0.5},
     ),
+    (
+        ["slow down near the bottle", "slower at the cup as well"],
+        "not so slow at the bottle",
+        {"at_bottle": (0.6, 0.8)},
+    ),
+    (
+        ["slow down near the bottle", "go left by 0.1"],
+        "but leave the start where it was",
+        {"left": 0.0, "left_end": 0.1},
+    ),
+    (["raise everything by 0.2", "not at the start"], "same for the end", {"up_end": 0.0}),
+    (["raise everything by 0.2"], "the end should stay where it was originally", {"up_end": 0.0}),
+    (["slow down near the bottle"], "wait there for 3 seconds", {"at_bottle": (0.0, 0.5)}),
     (LEFT, "raise it by 0.1", {"left": 0.2, "up": 0.1}),
     (LEFT, "increase it by 0.1", {"left": 0.3}),
 ]

@@ -218,7 +218,7 @@ def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
     share = frame.by if frame.by and frame.by.unit in SHARE_UNITS else None
     if share and frame.sense == "farther":
         times = share.value if share.unit == "x" and share.value > 1 else 1.0 + share.value
-        if where is not None:
+        if where is not None or share.role == "to":
             return P.farther(name, times=times, where=where)
         return P.all_of(P.farther(name), P.min_distance(name, times * case.gap(name)))
     if where is not None:

@@ -90,7 +90,7 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
     ref, q, about = builder.ref(item), frame.by, item.name
     promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
     times = _times(q)
-    if times > 1.0 and not where:
+    if times > 1.0 and not where and q is not None and q.role != "to":
         gap = surface_distance(item, builder.positions)
         q = F.Quantity(float(f"{(times - 1.0) * gap:.3g}"), "m")
         builder.assume(f"{times:g} times the distance to {about} is {times * gap:.3g} m where the path passes it")

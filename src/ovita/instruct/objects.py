@@ -393,7 +393,8 @@ class _Phrase:
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
         of_kind = self.catalog.of_kind(noun)
-        of_sort = of_kind is None and (self.at > begin or plural or not is_known(noun))
+        any_one = {"a", "an"} & {*self.words[max(begin - 1, 0) : begin + 1]}  # "a light touch"
+        of_sort = of_kind is None and not any_one and (self.at > begin or plural or not is_known(noun))
         if of_sort:
             of_kind = self.catalog.sorts.get(noun)
         if of_kind is None or (noun == "one" and not self._told()):

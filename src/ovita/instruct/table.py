@@ -390,7 +390,7 @@ ROWS: tuple[Row, ...] = (
         "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "closer"}, ("objects",), "distance gap path pass closer near trim creep toward advance keep touch", 0.25),
     Row(F.Approach, ("obj:toward",), {"objects": objects("toward"), "by": amount("Qm")}, {"sense": "closer"}, ("objects",), "path whole creep toward advance keep", 0.3),
     Row(F.Approach, ("farther|avoid", "inc|more|larger distance|gap", "inc farther", "double|triple distance|farther", "Qx distance|farther", "farther around", "withdraw obj", "keep large obj:from"),
-        {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than larger", 0.25),
+        {"objects": objects(), "by": lambda c: amount("Qm", "Qx")(c) or share(c)}, {"sense": "farther"}, ("objects",), "distance path pass farther avoid times inc keep gap than larger multiply", 0.25),
     Row(F.Approach, ("inc|more Qm:by distance|gap obj", "inc|more Qm:by farther obj", "inc|more Qm:by obj:from"), {"objects": objects(), "by": LENGTH}, {"sense": "farther"}, ("objects", "by"), "inc more distance gap farther keep", -0.1),
     Row(F.Approach, ("large distance|gap !Qm|dec|less|smaller|keep",), {"objects": objects()}, {"sense": "farther", "degree": "large"}, ("objects",), "distance path pass keep gap", 0.25),
     Row(F.Approach, ("distance obj !Qm|dec|less|smaller|keep|constant|halve|half",), {"objects": objects()}, {"sense": "farther"}, ("objects",), "distance", 0.4),
@@ -411,7 +411,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Visit, ("obj:under", "under obj"), {"objects": objects("under", ""), "by": LENGTH}, {"relation": "under"}, ("objects",), "under down lower pass", 0.3, takes_part=False),
     *(Row(F.Avoid, (f"shut:{way}",), {"objects": lambda c: tuple(n for i in c.items if i.kind == "shut" for n in i.names)}, {"relation": way}, ("objects",), "shut pass whole path keep", -0.3, takes_part=False) for way in ("over", "under", "between")),
     Row(F.Side, ("other_side obj !faster|slower|up|down|wait",), {"objects": objects("", "of", "at", "from", "by")}, {"direction": "other"}, ("objects",), "other_side side pass keep around on to path whole", 0.05, takes_part=False),
-    Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass", "left|right|front|back Qm obj:of,from"),
+    Row(F.Side, ("left|right|front|back obj:of,from,on,around,to,by,at !Qm", "left|right|front|back pass|side|around|keep obj", "left|right|front|back obj:pass", "left|right|front|back Qm obj:of"),
         {"objects": objects("", "of", "from", "on", "around", "to", "by", "at", "pass", "with", "touch"), "direction": direction, "by": LENGTH}, {}, ("objects", "direction"), "side pass keep around near touch path whole", 0.15, takes_part=False),
     # speed
     Row(F.Pace, ("faster", "more speed", "inc Qv"), {"amount": speed_amount}, {"change": "faster"}, (), "speed path whole keep pass inc more times faster thru as", 0.1, check=_pace),

@@ -186,6 +186,8 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
         frames = tuple(map(_upright, frames))
     if kinds & {"down", "up", "lower", "raise"} and "keep" not in kinds:
         frames = tuple(map(_reached_last, frames))
+    if kinds & {"multiply", "waypoints"}:
+        frames = tuple(map(_multiplied, frames))
     slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
     if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
         return frames
@@ -198,6 +200,13 @@ def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
     if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
         return frame
     return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
+
+
+def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A distance that is multiplied, or the waypoints', is that of every waypoint; else "twice as far" is the path's."""
+    if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
+        return frame
+    return replace(frame, by=replace(frame.by, role="to"))
 
 
 def _upright(frame: F.SemanticFrame) -> F.SemanticFrame:
@@ -408,20 +417,19 @@ def with_units(
 
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
+        frame = _as_target(frame, numbers) if apart and isinstance(frame, F.Pace) else frame
         bare = _bare(frame, numbers)
-        if not bare:
-            return frame
-        frame = _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()})
-        return _as_target(frame) if isinstance(frame, F.Pace) and apart else frame
+        return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
 
     apart = any(one.kind == "comma" and other.kind == "Qn" for one, other in pairwise(said))
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
     return tuple(map(filled, frames))
 
 
-def _as_target(pace: F.Pace) -> F.Pace:
-    """A speed behind a comma is the one to have: "slower, 0.2"."""
-    if pace.change not in ("faster", "slower") or pace.amount is None or pace.amount.role != "by":
+def _as_target(pace: F.Pace, numbers: Container[float]) -> F.Pace:
+    """A bare speed behind a comma is the one to have: "slower, 0.2"."""
+    q = pace.amount
+    if pace.change not in ("faster", "slower") or q is None or q.role != "by" or q.value not in numbers:
         return pace
     return replace(pace, change="set", amount=replace(pace.amount, role="to"))
 
