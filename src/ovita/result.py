@@ -284,6 +284,7 @@ class Adaptation:
         ends = moved_ends(proposal.changes, "would move") if proposal.changes else []
         said += [sentence(text) for text in ends]
         said += [f"Not used: {quoted(self.unplaced)}."] if self.unplaced else []
+        said += [] if self.unplaced or self.warnings else ["I am not sure that I read it right."]
         kept = proposal.status == "limited" and not proposal.by_limits
         return " ".join([*said, *self.warnings, *_COMES_OUT.get("" if kept else proposal.status, ())])
 

@@ -6,11 +6,25 @@ It is read before anybody reads the rest, and its words become blanks, so that a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import takewhile
-from typing import Literal
+from dataclasses import replace
+from itertools import pairwise, takewhile
+from typing import Any, Literal
 
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.frames import Arrive, Extend, Pace, Quantity, Trim
+from ovita.instruct.frames import (
+    Arrive,
+    Extend,
+    Hover,
+    MoveEnd,
+    Pace,
+    Quantity,
+    Reading,
+    SemanticFrame,
+    Side,
+    StopAt,
+    Trim,
+    Wait,
+)
 
 COMING = frozenset(
     """approach approaching approached arrive arrives arriving arrival come comes coming came descend descends
@@ -185,3 +199,51 @@ def _ends(first: Sequence[str], then: Sequence[str], way: str) -> bool:
     at = next((i for i, word in enumerate(first) if word in ENDING), -1)
     placed = way not in ("before", "beyond", "past") or not NOW.isdisjoint(then)
     return at >= 0 and first[max(at - 1, 0)] != "the" and placed
+
+
+def stood_beside(reading: Reading, said: Sequence[Chunk]) -> Reading:
+    """A reading with the side of a thing on which to wait or stop: "hover on its left", "wait in front of the gate".
+
+    In front of it is a little before it on the path.
+
+    Args:
+        reading: By whatever reader.
+        said: The utterance in chunks.
+    """
+    side, name, by = _side_of_thing(said)
+    still = [frame for frame in reading.frames if isinstance(frame, Wait | Hover | StopAt) and name in frame.named]
+    if not name or len(still) > 1 or any(isinstance(frame, MoveEnd) for frame in reading.frames):
+        return reading
+    passed = [frame for frame in reading.frames if isinstance(frame, Side) and name in frame.objects]
+    halts = [chunk.text for chunk in said if chunk.kind in ("wait", "hover", "stop")]
+    if not still and not (passed and len(halts) == 1 and halts[0] in reading.unread):
+        return reading
+    frames = [frame for frame in reading.frames if frame not in (*still, *passed)]
+    ends = any(chunk.kind == "stop" for chunk in said)
+    stop = still[0] if still else (StopAt if ends else Wait)(place=name, words=passed[0].words)
+    frames += _beside(stop, name, side, by)
+    read = {*halts, *(chunk.text for chunk in said if chunk.kind == side or (by and chunk.kind == "Qm"))}
+    read |= {f"{by.value:g} m"} if by else set()
+    return replace(reading, frames=tuple(frames), unread=tuple(word for word in reading.unread if word not in read))
+
+
+def _beside(stop: Wait | Hover | StopAt, name: str, side: Any, by: Quantity | None) -> tuple[SemanticFrame, ...]:
+    """A stop at a thing as one on a side of it."""
+    if isinstance(stop, StopAt):
+        if side == "front":
+            return (replace(stop, place=name, by=by, aim="" if by else "short"),)
+        return (MoveEnd(end="goal", relation="to", place=name, offset=((side, by),), words=stop.words),)
+    wait = Wait(place=name, duration=stop.duration, words=stop.words)
+    if side == "front":
+        return (replace(wait, by=by, aim="" if by else "short"),)
+    return Side(objects=(name,), direction=side, by=by, words=stop.words), wait
+
+
+def _side_of_thing(said: Sequence[Chunk]) -> tuple[str, str, Quantity | None]:
+    """A side that is said right before one thing, the thing, and the length before both; ("", "", None) for none."""
+    row = [chunk for chunk in said if chunk.kind not in ("filler", "approx", "of", "on", "in", "to", "at")]
+    for i, (one, other) in enumerate(pairwise(row)):
+        if one.kind in ("left", "right", "front", "back") and other.kind == "OBJ" and len(other.names) == 1:
+            by = row[i - 1].q if i and row[i - 1].kind == "Qm" else None
+            return one.kind, other.names[0], by
+    return "", "", None

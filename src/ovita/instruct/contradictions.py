@@ -16,6 +16,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
 from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.meaning import held_by
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
@@ -145,7 +146,7 @@ def _negated(it: Facts) -> str:
     denied = [clause for clause in clauses(it.said) if {c.kind for c in clause} & denials]
     if _borne_out(it, denied):
         return ""
-    return f"{it.word({'never'} & it.plain or {'keep'})} turns round what it belongs to."
+    return f"{it.word({'never'} & it.plain or {'keep'})} may belong to something else."
 
 
 def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
@@ -212,7 +213,7 @@ def _other_bound(it: Facts, row: Sequence[Chunk], excluded: Mapping[str, str]) -
 def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
     names = {"one", *(getattr(frame, "shape", "") for frame in it.frames)}
-    held = set[float]().union(*map(_values, it.frames))
+    held = set[float]().union(*map(held_by, it.frames))
     units = {"Qn": (1.0, CENTI, *filter(None, map(unit_of, it.said)))}
     ends = _range_ends(it.said, held)
     for k, chunk in enumerate(it.said):
@@ -249,6 +250,17 @@ def _object_left(it: Facts) -> str:
         meant = i < reason or any(name.lower() in chunk.text.lower() for name in chunk.names)
         if chunk.kind == "OBJ" and meant and not named.intersection(chunk.names):
             return f"{chunk.text!r} has no part in it."
+    return ""
+
+
+def _list_left(it: Facts) -> str:
+    """A word that nobody knows beside an object, where it names another one: "the pie and the cup"."""
+    for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
+        if link.kind == "and" and {one.kind, other.kind} == {"OBJ", "unknown"}:
+            word = one if one.kind == "unknown" else other
+            before = it.said[max(it.said.index(word) - 1, 0)]
+            if before.text.lower() in DETERMINERS:
+                return f"There is no {word.text!r} in the scene."
     return ""
 
 
@@ -332,7 +344,7 @@ def _share_lost(it: Facts) -> str:
     """A share of a thing's height, which no frame can hold: "no higher than half the mast"."""
     halves = frozenset(("half", "halve"))
     lost = any(isinstance(frame, F.Height) and frame.of for frame in it.frames) and it.plain & halves
-    held = set[float]().union(*map(_values, it.frames))
+    held = set[float]().union(*map(held_by, it.frames))
     return f"{it.word(halves)} has no place in it." if lost and not _among(held, 0.5) else ""
 
 
@@ -575,7 +587,7 @@ def _nowhere(it: Facts) -> str:
 REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
-LEFT = (_number_left, _object_left)
+LEFT = (_number_left, _object_left, _list_left)
 """What is left of an utterance though it was said to be used."""
 
 CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
@@ -629,21 +641,3 @@ def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
         return True
     turned = {"farther", "slower", "less", "smaller"} & {*_senses(frame)}
     return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)
-
-
-def _values(frame: F.SemanticFrame) -> set[float]:
-    """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
-    amounts = frame.quantities.values()
-    found = [q.value for q in amounts] + _of_part(frame.part)
-    if isinstance(frame, F.Quadrant):
-        found.append(float(frame.number))
-    if getattr(frame, "change", "") == "rampdown" and not frame.part:
-        found.append(0.0)  # "slow down to zero"
-    shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}
-    return shares.union(*((value, -value, 1 - value, 1 + value) for value in found))
-
-
-def _of_part(part: PathPart) -> list[float]:
-    own = [value for value in (part.amount, part.until) if value is not None]
-    own += [p.value for p in part.places if isinstance(p, F.Quantity)]
-    return own + [value for inner in part.parts for value in _of_part(inner)]

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
+from ovita.instruct.arriving import stood_beside
 from ovita.instruct.beforehand import heard_apart, put_plainly, stands, tells
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import (
@@ -242,6 +243,7 @@ def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None)
     reading = prolonged(
         replace(reading, frames=as_named(in_turn(halted(at_speed(reading.frames, said), said), said), said)), said
     )
+    reading = stood_beside(reading, said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

@@ -203,7 +203,7 @@ def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
 
 
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A distance that is multiplied, or the waypoints', is that of every waypoint; else "twice as far" is the path's."""
+    """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
     if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
         return frame
     return replace(frame, by=replace(frame.by, role="to"))
@@ -431,7 +431,7 @@ def _as_target(pace: F.Pace, numbers: Container[float]) -> F.Pace:
     q = pace.amount
     if pace.change not in ("faster", "slower") or q is None or q.role != "by" or q.value not in numbers:
         return pace
-    return replace(pace, change="set", amount=replace(pace.amount, role="to"))
+    return replace(pace, change="set", amount=replace(q, role="to"))
 
 
 def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
