@@ -433,6 +433,8 @@ def _near_without_stays(
     path = rows[:, :3]
     level = path - ((path - item.position) @ up)[:, None] * up
     distance, gap = item.core(path).depth(path), item.cuboid.signed(level)[0]
+    if gap.min() > 0.0:
+        gap = item.cuboid.signed(path)[0]
     at = gap <= BESIDE * max(float(gap.min()), 0.0) + ROOM * builder.scale.extent
     aside = stays(rows) & ~at
     if not (aside & (distance <= reach)).any():
@@ -441,6 +443,11 @@ def _near_without_stays(
     reach = builder.scale.near(path[~nearer], item)
     near = distance <= reach
     left = near & (aside | nearer)
+    s = arc_length(path)
+    for a, b in runs(nearer):  # on the way from an end to where it passes over the thing, half is enough to get there
+        if (a == 0) != (b == len(path) - 1):
+            half = (s[a] + s[b]) / 2.0
+            left[a : b + 1] &= aside[a : b + 1] | ((s[a : b + 1] <= half) == (a == 0))
     for a, b in runs(near & ~left):
         left[a : b + 1] |= not at[a : b + 1].any()
     builder.assume(f"start, goal and stops that are not at {item.name} stay")

@@ -15,8 +15,8 @@ from typing import Any
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
+from ovita.instruct.frames import held_by
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.meaning import held_by
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.rules import PAUSES, turned
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of

@@ -501,6 +501,24 @@ def _selected(part: PathPart, selection: PathPart) -> PathPart:
     return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts))
 
 
+def held_by(frame: SemanticFrame) -> set[float]:
+    """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
+    amounts = frame.quantities.values()
+    found = [q.value for q in amounts] + _held_by_part(frame.part)
+    if isinstance(frame, Quadrant):
+        found.append(float(frame.number))
+    if getattr(frame, "change", "") == "rampdown" and not frame.part:
+        found.append(0.0)  # "slow down to zero"
+    shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}
+    return shares.union(*((value, -value, 1 - value, 1 + value) for value in found))
+
+
+def _held_by_part(part: PathPart) -> list[float]:
+    own = [value for value in (part.amount, part.until) if value is not None]
+    own += [p.value for p in part.places if isinstance(p, Quantity)]
+    return own + [value for inner in part.parts for value in _held_by_part(inner)]
+
+
 OTHER_END = {"start": "goal", "goal": "start"}
 """The other end of the path."""
 

@@ -13,7 +13,10 @@ _ON = r"(?:through|on|past|by|going|moving|driving|flying|rolling)"
 _GO = r"(?:go|drive|fly|walk|run|ride|move|roll|sail|travel|head|come)"
 _GOES = rf"(?:{_GO}|(?:go|fly|walk|run|rid|mov|roll|sail|travell?|head|com|driv)ing)"
 _N = r"\d+(?:\.\d+)?"
-_WORD = r"(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty|sixty)"
+_WORD = (
+    r"(?:(?:one|two|three|four|five|six|seven|eight|nine|ten|twelve|fifteen|twenty|thirty|forty|fifty|sixty)"
+    r"(?: (?:hundred|thousand))?)"
+)
 _SOME = rf"(?:{_N}|{_WORD}|a few|few|many|some|no|lots of|plenty of)"
 _MUCH = r"(?:(?:a (?:bit|little)|much|even) )?"
 _NOW = r"(?:it is |it's )?(?:now|before|currently|at the moment|at present)"
@@ -79,7 +82,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         (r",? (?:instead of|rather than|and not|not) the other way (?:a?round|about)\b", ""),
         (  # not "turn right into the aisle"
             r"(?<!turn )(?<!turns )(?<!go )(?<!move )(?<!shift )(?<!veer )(?<!steer )(?<!to the )"
-            r"(?<!more )(?<!further )\bright (?=(?:into|onto|through|on top of|next to|beside|behind)\b)",
+            r"(?<!more )(?<!further )\bright (?=(?:into|onto|through|on top of|next to|beside|behind|over|above)\b)",
             "",
         ),
         (r"\b(?P<go>fly|flies|flying|run|runs|driv(?:e|es|ing)) right (?=over\b)", r"\g<go> "),
@@ -163,6 +166,22 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?=\s*(?:$|[.,;!?]|(?:over|above|at|near|by|in|on|before|and|then|there)\b))",
             r"\g<do> 1 \g<unit>",
         ),
+        (  # "stop a bit short of the end, say half a metre"
+            r"\b(?:a (?:bit|little|touch|tad)|slightly|somewhat) (?P<how>[^.,;!?]+), (?:say|like|maybe|about|perhaps) "
+            rf"(?P<q>(?:half an? |an? )?(?:{_N} ?)?{_UNIT})\b",
+            r"\g<q> \g<how>",
+        ),
+        (r"\b(?P<pace>slower|faster)[.,;:] ?(?P<by>half|twice)\b", r"\g<pace> by \g<by>"),
+        (
+            rf"\bstop (?=(?:{_MUCH}|slightly |a (?:touch|tad) |{_N} ?{_UNIT} )(?:higher|lower)\b)",
+            "end ",
+        ),
+        (r"\bat (?:the )?begin\b", "at the beginning"),
+        (
+            r"\b(?:right |just |directly )?after (?:you|it|he|she)(?:'ve|'s| have| has)? "
+            r"(?:picked|grabbed|gripped|taken|got) (?:it|them|the \w+)(?: up)?\b(?: before moving on)?",
+            "at the pick-up",
+        ),
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
         (
@@ -180,7 +199,8 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             "at the put-down",
         ),
         (
-            rf",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: only| just| about)? {_SOME}(?: \w+)? left\b",
+            rf",? ?\b(?:we|i|they)(?: have|'ve got|'ve| have got| got)(?: only| just| about)? {_SOME}(?: (?:of )?\w+)? "
+            r"(?:left|to (?:do|go|make|bring))\b",
             "",
         ),
         (
@@ -303,11 +323,31 @@ _NAMED: tuple[tuple[str, str], ...] = (
         r"(?:bumped|knocked|hit|touched|brushed|scratched|grazed|disturbed)(?: into| over| against)?\b",
         r"do not touch \g<one>",
     ),
+    (r"\btake (?P<one>%s) on (?:its|his|her|the|your) (?P<side>left|right)(?: side)?\b", r"pass \g<side> of \g<one>"),
+    (r"\bdip (?:down )?(?:in)?to (?P<one>%s) for\b", r"go down to \g<one> and wait at \g<one> for"),
     (r"\bto the (?P<one>%s) side\b", r"toward \g<one>"),
     (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!?]|and\b))", r"\g<one> and "),
 )
 """Turns of phrase about objects, whose names stand for each %s."""
+
+
+_COMPLAINT = re.compile(
+    r"^(?P<lead>\W*)(?:it|this|that|he|she|you|the (?:robot|arm|drone|rover|thing|machine))"
+    r"(?: (?:always|really|just|practically|sort of|kind of|still))? "
+    r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag))(?:e?s|ing)?"
+    r"(?: (?:off|away|along|through))?\b(?P<where>[^.,;!?]*)(?P<rest>.*)$",
+    re.IGNORECASE | re.DOTALL,
+)
+_REMEDY = re.compile(r"\b(?:slow|fast|quick|gent|pace|speed|hurry|easy|calm|soft|careful)", re.IGNORECASE)
+
+
+def _complained(found: re.Match[str]) -> str:
+    """What is to be done about a speed that somebody complains of: what they say themselves, or the opposite of it."""
+    rest = found["rest"].lstrip(" .,;!?")
+    if _REMEDY.search(rest) and not re.search(r"\bthere\b", rest, re.IGNORECASE):
+        return found["lead"] + rest
+    return f"{found['lead']}{'slower' if found['fast'] else 'faster'}{found['where']}{found['rest']}"
 
 
 def plainer(text: str, scene: Scene) -> str:
@@ -319,7 +359,7 @@ def plainer(text: str, scene: Scene) -> str:
     """
     for said, meant in _SAID:
         text = said.sub(meant, text)
-    text = _numbered(text, scene)
+    text = _numbered(_COMPLAINT.sub(_complained, text), scene)
     for one, meant in _NAMED if scene.names else ():
         text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
     return text

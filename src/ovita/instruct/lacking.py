@@ -92,5 +92,5 @@ def _as_high_as(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Heig
     """The height of the one thing that is left."""
     things = [i for i in left if len(seen.mentions[i].items) == 1]
     if len(things) != 1:
-        raise Unfit("height without level")
+        raise Unfit("How high is that, in metres")
     return replace(height, of=seen.mentions[things[0]].items[0]), things[0]

@@ -172,6 +172,13 @@ BULGE, TOP, LEVEL = 0.3, 0.25, 0.05
 share of its extent by which a path rises that is not level."""
 
 _PUT_DOWN = re.compile(r"\bat the put-down\b", re.IGNORECASE)
+_PICK_UP = re.compile(r"\bat the pick-up\b", re.IGNORECASE)
+_START_HEIGHT = re.compile(
+    r"\b(?:at|to) (?:the )?(?:same )?(?:height|level) (?:where|at which|it is at where|as where|of where) "
+    r"(?:it|you|he|she|the path) (?:starts|start|begins|begin)\b"
+    r"|\b(?:at|to) (?:the )?height (?:of|at) the (?:start|beginning)\b|\b(?:at|to) its start(?:ing)? height\b",
+    re.IGNORECASE,
+)
 _PUT_ASIDE = re.compile(r"\bput-down (?P<by>.+?) further (?P<way>left|right)\b", re.IGNORECASE)
 _WAITS = re.compile(r"\b(?:wait|pause|hold|hover|stop|stay)", re.IGNORECASE)
 DRAWN_BACK, LAST_OF = 0.25, 0.25
@@ -215,6 +222,9 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     called = "|".join([*map(re.escape, stops.called), "$"])
     text = re.sub(_LASTS % called, stops.lasting, text, flags=re.IGNORECASE)
     text = _KEPT.sub(stops.kept, text)
+    text = _PICK_UP.sub(f"at waypoint {stops.at[0][0] + 1}" if stops.at else "at the start", text)
+    if (high := float(positions[0] @ scene.frame.direction("up"))) >= 0.0:
+        text = _START_HEIGHT.sub(f"to a height of {high:.4g} m", text)
     text = _PUT_DOWN.sub(lambda found: stops.put_down(bool(_WAITS.search(found.string))), text)
     text = _PUT_ASIDE.sub(stops.put_aside, text)
     text = re.sub(_SLOPE % called, stops.slope, text, flags=re.IGNORECASE)

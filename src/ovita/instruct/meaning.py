@@ -14,7 +14,6 @@ from ovita.instruct.frames import (
     Figure,
     Mirror,
     Pace,
-    Quadrant,
     Quantity,
     Resize,
     SemanticFrame,
@@ -140,21 +139,3 @@ def _forward(direction: Direction, quantity: Quantity | None) -> tuple[Direction
         return direction, None
     towards = OPPOSITES[direction] if quantity.value < 0 else direction
     return towards, _rounded(Quantity(abs(quantity.value), quantity.unit), "m")
-
-
-def held_by(frame: SemanticFrame) -> set[float]:
-    """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
-    amounts = frame.quantities.values()
-    found = [q.value for q in amounts] + _of_part(frame.part)
-    if isinstance(frame, Quadrant):
-        found.append(float(frame.number))
-    if getattr(frame, "change", "") == "rampdown" and not frame.part:
-        found.append(0.0)  # "slow down to zero"
-    shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}
-    return shares.union(*((value, -value, 1 - value, 1 + value) for value in found))
-
-
-def _of_part(part: PathPart) -> list[float]:
-    own = [value for value in (part.amount, part.until) if value is not None]
-    own += [p.value for p in part.places if isinstance(p, Quantity)]
-    return own + [value for inner in part.parts for value in _of_part(inner)]

@@ -428,6 +428,8 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
         word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
         axis = builder.axis(word)
         half, ref = extent(item, axis), builder.ref(item)
+        if word in ("front", "back") and frame.direction != "other":
+            builder.assume(f"{OF[word]} {item.name} is {_axis_name(axis)} of it, by the scene's frame")
         now = max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
         gap = max(min(builder.scale.step("slight"), nice(now)), builder.room(item), *_kept_from(builder, item))
         words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
@@ -453,6 +455,12 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
             holds=not where and bool((reach >= half + gap).all()),
         )
+
+
+def _axis_name(axis: Array) -> str:
+    """A direction along an axis of the scene: "+y"."""
+    k = int(np.abs(axis).argmax())
+    return f"{'+' if axis[k] > 0 else '-'}{'xyz'[k]}"
 
 
 def _nearest_pass(builder: PolicyBuilder, item: SceneObject, aside: Array) -> str:

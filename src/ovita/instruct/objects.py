@@ -113,7 +113,7 @@ def singular(word: str) -> str:
     word = re.sub(r"['’]s?$", "", word)
     if word in IRREGULAR:
         return IRREGULAR[word]
-    if len(word) > 4 and word.endswith(("xes", "ches", "shes", "sses")):
+    if len(word) > 4 and word.endswith(("xes", "ches", "shes", "sses", "atoes")):
         return word[:-2]
     return word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word
 

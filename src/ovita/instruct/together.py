@@ -186,6 +186,8 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
         frames = tuple(map(_upright, frames))
     if kinds & {"down", "up", "lower", "raise"} and "keep" not in kinds:
         frames = tuple(map(_reached_last, frames))
+    if "minus" in kinds:
+        frames = tuple(_below_zero(frame, said) for frame in frames)
     if kinds & {"multiply", "waypoints"}:
         frames = tuple(map(_multiplied, frames))
     slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
@@ -200,6 +202,15 @@ def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
     if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
         return frame
     return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
+
+
+def _below_zero(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
+    """A height with the sign that stands before it: "don't go lower than z = -0.2"."""
+    level = getattr(frame, "level", None)
+    below = {chunk.q.value for sign, chunk in pairwise(said) if sign.kind == "minus" and chunk.q}
+    if level is None or level.value not in below:
+        return frame
+    return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
 
 
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
