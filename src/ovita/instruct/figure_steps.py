@@ -302,12 +302,12 @@ def _is_seen(builder: PolicyBuilder) -> bool:
 
 def smooth(builder: PolicyBuilder, frame: F.Smooth) -> None:
     """Fewer kinks, less jitter; start and goal stay."""
-    where, _ = builder.part(frame.part)
+    where, part = builder.part(frame.part)
     strength, meaning = SMOOTH[degree(frame)] * 8.0 ** (builder.effort - 1), "strength of the smoothing"
     name = builder.knob("smoothing", strength, "to", meaning, "degree", unit="", direction="smoother")
     bends = builder.alone and turning_angles(builder.positions).any()
-    promise, plan = f"expect_smoother({where})" if bends else "", "Smooth the path; start and goal stay"
-    builder.add_within(frame.part, f"smooth(traj, {name})", plan, promise, ends=builder.stay())
+    promise, plan = f"expect_smoother({where})" if bends else "", f"Smooth the path{part}; start and goal stay."
+    builder.add(f"traj = smooth(traj, {name}{argument(where)})", plan, promise, ends=builder.stay())
 
 
 def resample(builder: PolicyBuilder, frame: F.Resample) -> None:

@@ -118,11 +118,12 @@ CUTOFF = 8.0
 
 
 @operation("Waypoints")
-def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
+def smooth(traj: ArrayLike, strength: float = 1.0, *, where: ArrayLike | None = None) -> Array:
     """Take out bends and jitter; strength 0 does nothing, 10 a lot; start and goal stay.
 
     The deviation from the chord is a sine series; half-wave k is divided by 1 + strength (k / 8)^4, so that
-    the bending energy (the sum of squared second differences) falls as strength grows.
+    the bending energy (the sum of squared second differences) falls as strength grows. On a part, those
+    beside it follow, a quarter as many waypoints on each side and 2 at least; the rest stays, joined without a kink.
 
     Args:
         strength: >= 0.
@@ -131,16 +132,70 @@ def smooth(traj: ArrayLike, strength: float = 1.0) -> Array:
     amount = arguments.number(strength, "strength", low=0.0)
     # A dwell repeats a waypoint: it is smoothed as one waypoint, so that it stays a dwell.
     fresh = distinct(rows)
-    path = rows[fresh, :3]
+    path, selected = rows[fresh, :3], arguments.mask(where, len(rows))[fresh]
     n = len(path)
     if amount == 0.0 or n < 3:
         return rows
-    chord = path[0] + np.linspace(0.0, 1.0, n)[:, None] * (path[-1] - path[0])
-    inner = (path - chord)[1:-1]
-    gain = 1.0 / (1.0 + amount * (np.arange(1, n - 1) / CUTOFF) ** 4)
-    path[1:-1] = chord[1:-1] + _sine(_sine(inner) * gain[:, None]) * (2.0 / (n - 1))
+    if selected.all():
+        chord = path[0] + np.linspace(0.0, 1.0, n)[:, None] * (path[-1] - path[0])
+        inner = (path - chord)[1:-1]
+        gain = 1.0 / (1.0 + amount * (np.arange(1, n - 1) / CUTOFF) ** 4)
+        path[1:-1] = chord[1:-1] + _sine(_sine(inner) * gain[:, None]) * (2.0 / (n - 1))
+    else:
+        for a, b in runs(selected):
+            beside = max((b - a + 1) // 4, 2)
+            a, b = max(a - beside, 1), min(b + beside, n - 2)
+            path[a : b + 1] = _relaxed(path, a, b, amount * ((n - 1) / (np.pi * CUTOFF)) ** 4)
     rows[:, :3] = path[np.cumsum(fresh) - 1]
     return rows
+
+
+def _relaxed(path: Array, a: int, b: int, stiffness: float) -> Array:
+    """The stretch (b - a + 1, 3) that minimises its squared deviation and `stiffness` times the bending energy.
+
+    A penalised spline (Eilers and Marx 1996), whose normal equations have five diagonals, solved by elimination.
+    """
+    free = slice(a, b + 1)
+    given = path.copy()
+    given[free] = 0.0
+    bends = np.diff(given, 2, axis=0)
+    pull = np.zeros_like(path)
+    for k, c in enumerate((1.0, -2.0, 1.0)):
+        pull[k : len(path) - 2 + k] += c * bends
+    rhs = path[free] - stiffness * pull[free]
+    diagonals = np.zeros((3, len(path)))
+    inside = len(path) - 2
+    for k, c in enumerate((1.0, 4.0, 1.0)):
+        diagonals[0, k : inside + k] += c
+    diagonals[1, :inside] -= 2.0
+    diagonals[1, 1 : inside + 1] -= 2.0
+    diagonals[2, :inside] += 1.0
+    main, first, second = stiffness * diagonals[:, free]
+    return _solved(main + 1.0, first, second, rhs)
+
+
+def _solved(main: Array, first: Array, second: Array, rhs: Array) -> Array:
+    """The solution (M, 3) of a symmetric system with five diagonals, by an LDL decomposition."""
+    m, d, l1, l2 = len(rhs), main.copy(), first.copy(), second.copy()
+    x = rhs.copy()
+    for i in range(m):
+        if i >= 1:
+            x[i] -= l1[i - 1] * x[i - 1]
+        if i >= 2:
+            x[i] -= l2[i - 2] * x[i - 2]
+        one, two = l1[i], l2[i]
+        l1[i], l2[i] = one / d[i], two / d[i]
+        if i + 1 < m:
+            d[i + 1] -= l1[i] * one
+            l1[i + 1] -= l1[i] * two
+        if i + 2 < m:
+            d[i + 2] -= l2[i] * two
+    x /= d[:, None]
+    for i in range(m - 2, -1, -1):
+        x[i] -= l1[i] * x[i + 1]
+        if i + 2 < m:
+            x[i] -= l2[i] * x[i + 2]
+    return np.asarray(x)
 
 
 @operation("Waypoints")
