@@ -331,6 +331,8 @@ def _flip(frame: F.SemanticFrame) -> F.SemanticFrame:
             return replace(frame, sense="cw")
         case F.Resample(change="more"):
             return replace(frame, change="fewer")
+        case F.Pace(change="set", amount=F.Quantity(unit="x" | "%", value=value) as q) if value > 0.0:
+            return replace(frame, amount=replace(q, value=_rounded(1.0 / value), unit="x", said=""))
     flipped = [s for s in ("sense", "direction", "change", "relation") if getattr(frame, s, None) in OPPOSITE]
     return _with(frame, **{slot: OPPOSITE[getattr(frame, slot)] for slot in flipped[:1]})
 

@@ -9,12 +9,12 @@ from typing import cast
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument, degree, short
+from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
 from ovita.paths.geometry import runs, spacing
-from ovita.paths.part import PathPart, both
+from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
@@ -65,6 +65,9 @@ def pace(builder: PolicyBuilder, frame: F.Pace) -> None:
 
 def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFrame:
     """A change of speed or place with the part that is meant by what is before a thing."""
+    told = [one for one in frame.part.parts if frame.part.kind == "both" and one.kind == "before"]
+    if told and frame.part == both(told[0], outside(PathPart("after", told[0].places))):  # "until the cup, then ..."
+        frame = replace(frame, part=told[0])
     return replace(frame, part=_along_it(builder, frame, _on_the_way(builder, frame)))
 
 
@@ -74,20 +77,34 @@ def _along_it(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) ->
     What is told from both begins where the path comes to it.
     """
     item = builder.item(part.places[0]) if part.kind in ("before", "after") and _named(part) else None
-    if item is None or item.dimensions is None:
+    if item is None:
         return part
+    if item.dimensions is None or resolved(builder, part).kind == "range":
+        return _but_for_ends(builder, frame, part)
     gaps = item.cuboid.signed(builder.trajectory.positions)[0]
     beside = gaps <= gaps.min() + ABOUT_IT * float(item.size.max())
     first, last = next(run for run in runs(beside) if run[0] <= gaps.argmin() <= run[1])
     both_told = any(other.part.kind == "before" and other.part.places == part.places for other in builder.frames)
     if last - first < LONG_BY or (part.kind == "before" and first == 0) or last == len(gaps) - 1:
-        return part
+        return _but_for_ends(builder, frame, part)
     if part.kind == "before":
         builder.assume(f'"before {item.name}" ends where the path comes to it, at waypoint {first + 1}')
-        return PathPart("range", amount=0.0, until=float(first - 1))
+        return _but_for_ends(builder, frame, PathPart("range", amount=0.0, until=float(first - 1)))
     begin = first if both_told else last
     builder.assume(f'"after {item.name}" begins where the path {"comes to" if both_told else "leaves"} it')
     return PathPart("range", amount=float(begin))
+
+
+def _but_for_ends(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
+    """What is shifted before a thing, without start and goal: "higher on the way to the bin"."""
+    if not isinstance(frame, F.Shift) or (part.kind, part.amount) not in (("before", None), ("range", 0.0)):
+        return part
+    chosen = np.flatnonzero(builder.waypoints(part))
+    last = min(int(chosen[-1]), len(builder.trajectory) - 2) if len(chosen) else 0
+    if last < 2:
+        return part
+    builder.assume("start and goal stay")
+    return PathPart("range", amount=1.0, until=float(last))
 
 
 def _named(part: PathPart) -> bool:
@@ -239,6 +256,10 @@ def _bound(s: _Speed) -> None:
 def _ramp(s: _Speed) -> None:
     """A speed that changes steadily along the path or a part of it."""
     begin, end = _from_to(s)
+    if s.frame.change == "rampup" and s.q is None and s.frame.part.kind == "first":
+        if 2.0 * float(s.chosen.mean()) < begin + end:  # it is slower there than it would become
+            _change(_Speed(s.builder, replace(s.frame, change="slower")))
+            return
     a = s.knob("start_speed", begin, "to", "where the change begins", "begin")
     b = s.knob("end_speed", end, "to", "where the change ends")
     s.builder.assume(f"the speed changes steadily from {begin:g} to {end:g} m/s")

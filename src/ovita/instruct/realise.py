@@ -151,11 +151,12 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
     """A frame that leaves alone what is to stay: parts of the path, and for a shift of a part the ends."""
     if not isinstance(frame, PLACED):
         return frame
+    behind = PathPart("after", frame.part.places) if frame.part.kind == "before" else None
     frame = on_the_way(builder, frame) if isinstance(frame, F.Pace | F.Shift) else frame
     kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
-    rest = [outside(part) for part in kept if part != frame.part]
+    rest = [outside(part) for part in kept if part not in (frame.part, behind)]
     parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
