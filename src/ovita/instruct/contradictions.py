@@ -258,10 +258,15 @@ def _list_left(it: Facts) -> str:
     for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
         if link.kind == "and" and {one.kind, other.kind} == {"OBJ", "unknown"}:
             word = one if one.kind == "unknown" else other
-            before = it.said[max(it.said.index(word) - 1, 0)]
-            if before.text.lower() in DETERMINERS:
+            if it.said[max(it.said.index(word) - 1, 0)].text.lower() in DETERMINERS:
                 return f"There is no {word.text!r} in the scene."
     return ""
+
+
+def _one_way_only(it: Facts) -> str:
+    """A size in one direction alone: "80 percent in width"; the whole path is resized."""
+    word = next((word for word in it.words if word in ("width", "breadth", "depth")), "")
+    return f"It would be resized in all directions, not in {word} alone." if word and it.frames_of(F.Resize) else ""
 
 
 def _conditional(it: Facts) -> str:
@@ -522,6 +527,8 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 
 NEVER = (
     asked,
+    _list_left,
+    _one_way_only,
     _by_or_to,
     _regretted,
     _told,
@@ -587,7 +594,7 @@ def _nowhere(it: Facts) -> str:
 REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
-LEFT = (_number_left, _object_left, _list_left)
+LEFT = (_number_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
 CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)

@@ -301,7 +301,9 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     """Bring an end to a place, or so far beside an object."""
     item = builder.item(frame.place)
     level = ""
-    if item is not None and not (frame.aim or frame.offset) and is_a_body(item):
+    if item is not None and not frame.offset and any(_keeps_height(one) for one in builder.frames):
+        frame, level = replace(frame, aim=""), _at_own_level(builder, item, end)
+    elif item is not None and not (frame.aim or frame.offset) and is_a_body(item):
         frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
     if frame.aim in BESIDE and item is not None:
         side = BESIDE[frame.aim] or _facing(builder, item)
@@ -317,6 +319,16 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
         name = builder.knob(f"{end}_{direction}", value, "to", meaning, said, about=about, direction=direction)
         place, words = f"{place}, {direction}={name}", f"{value:g} m {OF[direction]} {words}"
     _move_end(builder, end, f"{place}{level}", f"Move the {end} to {words}", f"{place}{level}")
+
+
+def _keeps_height(frame: F.SemanticFrame) -> bool:
+    return isinstance(frame, F.Keep) and frame.what == "height" and not frame.part
+
+
+def _at_own_level(builder: PolicyBuilder, item: SceneObject, end: str) -> str:
+    """The argument of an offset from an object that leaves an end as high as it is."""
+    rise = float((builder.positions[0 if end == "start" else -1] - item.position) @ builder.axis("up"))
+    return f", {'up' if rise > 0.0 else 'down'}={short(abs(rise)):g}"
 
 
 def _at_its_level(builder: PolicyBuilder, item: SceneObject) -> str:
