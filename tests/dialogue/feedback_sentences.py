@@ -426,6 +426,11 @@ FOURTH = [
     (["raise everything by 0.2", "not at the start"], "same for the end", {"up_end": 0.0}),
     (["raise everything by 0.2"], "the end should stay where it was originally", {"up_end": 0.0}),
     (["slow down near the bottle"], "wait there for 3 seconds", {"at_bottle": (0.0, 0.5)}),
+    (
+        ["move away from the table by 0.2", "a bit faster near the bottle"],
+        "no, the other way",
+        {"at_bottle": (0.5, 0.95), "gap_table": (0.79, 0.81)},
+    ),
     (LEFT, "raise it by 0.1", {"left": 0.2, "up": 0.1}),
     (LEFT, "increase it by 0.1", {"left": 0.3}),
 ]

@@ -379,6 +379,23 @@ def test_more_smoothing_bends_less(rows, a, b):
 
 
 @modest
+@given(paths(smallest=3), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.1, 100.0))
+def test_smoothing_a_part_bends_no_more_anywhere_and_leaves_the_rest(rows, a, b, strength):
+    rows = rows[np.r_[True, (np.diff(rows[:, :3], axis=0) != 0.0).any(axis=1)]]
+    n = len(rows)
+    first, last = sorted((round(a * (n - 1)), round(b * (n - 1))))
+    part = (np.arange(n) >= first) & (np.arange(n) <= last)
+    assume(n >= 3 and not part.all())
+    smoothed = smooth(rows, strength, where=part)
+    beside = max((last - first + 1) // 4, 2)
+    rest = (np.arange(n) < first - beside) | (np.arange(n) > last + beside)
+    assert np.array_equal(smoothed[rest], rows[rest])
+    assert np.array_equal(smoothed[[0, -1]], rows[[0, -1]])
+    before, after = (float((np.diff(p[:, :3], 2, axis=0) ** 2).sum()) for p in (rows, smoothed))
+    assert after <= before * (1.0 + 1e-9) + 1e-9
+
+
+@modest
 @given(paths(), st.integers(2, 60), st.sampled_from(["arc_length", "index"]))
 def test_resample_keeps_ends_and_counts(rows, n, by):
     out = resample(rows, n, by)

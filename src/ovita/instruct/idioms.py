@@ -432,6 +432,9 @@ _THE_SAME = re.compile(
 _LEFT_THERE = re.compile(r"\b(?:leave|drop)\b", re.IGNORECASE)  # where that is tells where the path ends
 
 
+_TOO_FAR = re.compile(r"\btoo far (?:over |out )?(?:to the )?(?P<way>left|right)\b", re.IGNORECASE)
+
+
 def without_now(text: str, scene: Scene) -> str:
     """A first instruction without what it says of how things are: "wait 10 seconds instead of 3", "at A, not at B".
 
@@ -440,6 +443,7 @@ def without_now(text: str, scene: Scene) -> str:
         scene: With the names of objects.
     """
     text = _THE_SAME.sub("", _AS_NOW.sub("", text))
+    text = _TOO_FAR.sub(lambda found: f"further {'right' if found['way'].lower() == 'left' else 'left'}", text)
     if len(scene) < 2 or _LEFT_THERE.search(text):
         return text
     name = _names(scene)

@@ -211,9 +211,13 @@ def _mention_at(
 
 
 def _is_nothing(words: Sequence[str], i: int) -> bool:
-    """Whether it is a sign, or a word of "a thing"."""
-    thing = "a thing" in (" ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}")
-    return thing or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i]))
+    """Whether it is a sign, or a word of "a thing" or "the whole thing"."""
+    pairs = " ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}"
+    return not NOTHINGS.isdisjoint(pairs) or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i]))
+
+
+NOTHINGS = frozenset(("a thing", "the thing", "whole thing", "entire thing", "speed thing"))
+"""Things that are no object: none in particular, the robot, or its path."""
 
 
 def _before(words: Sequence[str], i: int) -> str:
