@@ -6,12 +6,13 @@ It is read before anybody reads the rest, and its words become blanks, so that a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from itertools import pairwise, takewhile
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Any, Literal
 
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import (
+    Aim,
     Arrive,
     Extend,
     Hover,
@@ -210,40 +211,68 @@ def stood_beside(reading: Reading, said: Sequence[Chunk]) -> Reading:
         reading: By whatever reader.
         said: The utterance in chunks.
     """
-    side, name, by = _side_of_thing(said)
+    at = _side_of_thing(said)
+    stop = None if at is None else _stop_there(reading, said, at.name)
+    if at is None or stop is None:
+        return reading
+    frames = [frame for frame in reading.frames if frame is not stop and not _passes(frame, at.name)]
+    unread = tuple(word for word in reading.unread if word not in at.words(said))
+    return replace(reading, frames=(*frames, *at.beside(stop)), unread=unread)
+
+
+def _stop_there(reading: Reading, said: Sequence[Chunk], name: str) -> Wait | Hover | StopAt | None:
+    """The one stop at a thing, or the one that is said and not read where the thing is passed; None for others."""
+    if any(isinstance(frame, MoveEnd) for frame in reading.frames):
+        return None
     still = [frame for frame in reading.frames if isinstance(frame, Wait | Hover | StopAt) and name in frame.named]
-    if not name or len(still) > 1 or any(isinstance(frame, MoveEnd) for frame in reading.frames):
-        return reading
-    passed = [frame for frame in reading.frames if isinstance(frame, Side) and name in frame.objects]
-    halts = [chunk.text for chunk in said if chunk.kind in ("wait", "hover", "stop")]
-    if not still and not (passed and len(halts) == 1 and halts[0] in reading.unread):
-        return reading
-    frames = [frame for frame in reading.frames if frame not in (*still, *passed)]
-    ends = any(chunk.kind == "stop" for chunk in said)
-    stop = still[0] if still else (StopAt if ends else Wait)(place=name, words=passed[0].words)
-    frames += _beside(stop, name, side, by)
-    read = {*halts, *(chunk.text for chunk in said if chunk.kind == side or (by and chunk.kind == "Qm"))}
-    read |= {f"{by.value:g} m"} if by else set()
-    return replace(reading, frames=tuple(frames), unread=tuple(word for word in reading.unread if word not in read))
+    if still:
+        return still[0] if len(still) == 1 else None
+    halts = [chunk for chunk in said if chunk.kind in HALTING]
+    passed = [frame for frame in reading.frames if _passes(frame, name)]
+    if not passed or len(halts) != 1 or halts[0].text not in reading.unread:
+        return None
+    return (StopAt if halts[0].kind == "stop" else Wait)(place=name, words=passed[0].words)
 
 
-def _beside(stop: Wait | Hover | StopAt, name: str, side: Any, by: Quantity | None) -> tuple[SemanticFrame, ...]:
-    """A stop at a thing as one on a side of it."""
-    if isinstance(stop, StopAt):
-        if side == "front":
-            return (replace(stop, place=name, by=by, aim="" if by else "short"),)
-        return (MoveEnd(end="goal", relation="to", place=name, offset=((side, by),), words=stop.words),)
-    wait = Wait(place=name, duration=stop.duration, words=stop.words)
-    if side == "front":
-        return (replace(wait, by=by, aim="" if by else "short"),)
-    return Side(objects=(name,), direction=side, by=by, words=stop.words), wait
+def _passes(frame: SemanticFrame, name: str) -> bool:
+    return isinstance(frame, Side) and name in frame.objects
 
 
-def _side_of_thing(said: Sequence[Chunk]) -> tuple[str, str, Quantity | None]:
-    """A side that is said right before one thing, the thing, and the length before both; ("", "", None) for none."""
+HALTING = ("wait", "hover", "stop")
+"""Classes of words for standing still."""
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """A side of a thing, and how far from it."""
+
+    side: Any
+    name: str
+    by: Quantity | None
+
+    def beside(self, stop: Wait | Hover | StopAt) -> tuple[SemanticFrame, ...]:
+        """A stop at the thing as one on this side of it."""
+        aim: Aim = "" if self.by else "short"
+        if isinstance(stop, StopAt):
+            if self.side == "front":
+                return (replace(stop, by=self.by, aim=aim),)
+            offset = ((self.side, self.by),)
+            return (MoveEnd(end="goal", relation="to", place=self.name, offset=offset, words=stop.words),)
+        wait = Wait(place=self.name, duration=stop.duration, words=stop.words)
+        if self.side == "front":
+            return (replace(wait, by=self.by, aim=aim),)
+        return Side(objects=(self.name,), direction=self.side, by=self.by, words=stop.words), wait
+
+    def words(self, said: Sequence[Chunk]) -> set[str]:
+        """The words that this is read from, as readers write them that leave them unread."""
+        kinds = {*HALTING, self.side, *(["Qm"] if self.by else [])}
+        return {chunk.text for chunk in said if chunk.kind in kinds} | ({f"{self.by.value:g} m"} if self.by else set())
+
+
+def _side_of_thing(said: Sequence[Chunk]) -> _Beside | None:
+    """A side that is said right before one thing, with the length before both; None for none."""
     row = [chunk for chunk in said if chunk.kind not in ("filler", "approx", "of", "on", "in", "to", "at")]
-    for i, (one, other) in enumerate(pairwise(row)):
-        if one.kind in ("left", "right", "front", "back") and other.kind == "OBJ" and len(other.names) == 1:
-            by = row[i - 1].q if i and row[i - 1].kind == "Qm" else None
-            return one.kind, other.names[0], by
-    return "", "", None
+    for before, side, thing in zip([None, *row], row, row[1:], strict=False):
+        if side.kind in ("left", "right", "front", "back") and thing.kind == "OBJ" and len(thing.names) == 1:
+            return _Beside(side.kind, thing.names[0], before.q if before and before.kind == "Qm" else None)
+    return None

@@ -348,27 +348,27 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return _resolved_near(builder, part, part.places[0])
     if part.kind == "between":
         return _without_stops(builder, _led_between(builder, part))
-    item = (
-        builder.item(part.places[0]) if part.kind in ("before", "after") and isinstance(part.places[0], str) else None
-    )
-    return part if item is None else _passed_level(builder, item, part)
+    return _passed_level(builder, part) if part.kind in ("before", "after") else part
 
 
-def _passed_level(builder: PolicyBuilder, item: SceneObject, part: PathPart) -> PathPart:
+def _passed_level(builder: PolicyBuilder, part: PathPart) -> PathPart:
     """Before or after where the path passes a thing from above, if it is nearest to it at its very start or goal."""
-    path, up = builder.trajectory.positions, builder.axis("up")
-    away = path - item.position
-    nearest, n = int(item.distance(path).argmin()), len(path)
-    if 1 < nearest < n - 2:
-        return part
-    aside = np.linalg.norm(away - (away @ up)[:, None] * up, axis=1)
-    there = int(aside.argmin())
-    if not 1 < there < n - 2:
+    item = builder.item(part.places[0]) if isinstance(part.places[0], str) else None
+    there = None if item is None else _above(builder, item)
+    if item is None or there is None:
         return part
     builder.assume(f"the path passes {item.name} at waypoint {there + 1}")
     if part.kind == "before":
         return PathPart("range", amount=0.0, until=float(there))
     return PathPart("range", amount=float(there))
+
+
+def _above(builder: PolicyBuilder, item: SceneObject) -> int | None:
+    """The waypoint on the way that is level with a thing to which an end is nearer; None of other things."""
+    path, up = builder.trajectory.positions, builder.axis("up")
+    away, inside = path - item.position, range(2, len(path) - 2)
+    there = int(np.linalg.norm(away - (away @ up)[:, None] * up, axis=1).argmin())
+    return there if there in inside and int(item.distance(path).argmin()) not in inside else None
 
 
 def _end_of_part(builder: PolicyBuilder, part: PathPart) -> PathPart:

@@ -443,8 +443,7 @@ def _pieces(text: str) -> list[_Word]:
     matches = [None, *PIECE.finditer(text.replace("’", "'")), None]
     for before, match, behind in zip(matches, matches[1:], matches[2:], strict=False):
         assert match is not None
-        last, glued = (before.group(), before.end() == match.start()) if before else ("", False)
-        following, joined = (behind.group(), behind.start() == match.end()) if behind else ("", False)
+        (last, glued), (following, joined) = _beside(before, match), _beside(behind, match)
         word = match.group()
         if word in ("-", "+", "/", ".."):
             word = _mark(word, last, following, glued, joined)
@@ -457,6 +456,13 @@ def _pieces(text: str) -> list[_Word]:
         if last in TIMES and glued and word.startswith(NUMERIC):
             found.append(_Word("x", match.span()))
     return found
+
+
+def _beside(other: re.Match[str] | None, match: re.Match[str]) -> tuple[str, bool]:
+    """What stands before or behind a piece, and whether no space is between; ("", False) for nothing."""
+    return (
+        ("", False) if other is None else (other.group(), match.start() == other.end() or match.end() == other.start())
+    )
 
 
 def _spelled_out(word: str, last: str, following: str) -> str:

@@ -395,15 +395,20 @@ def _above_lost(it: Facts) -> str:
 
 def _pointed(it: Facts) -> str:
     """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
-    local = F.Pace | F.Shift | F.Height | F.Smooth | F.Approach
-    lasts = any(q.unit == "s" for frame in it.frames for q in frame.quantities.values())  # "get there in 12 seconds"
-    placed = lasts or any(frame.named or frame.part or not isinstance(frame, local) for frame in it.frames)
+    if any(map(_is_placed, it.frames)):
+        return ""
     clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
-    if not placed and clause is not None and not all(_elsewhere(frame, [clause]) for frame in it.frames):
+    if clause is not None and not all(_elsewhere(frame, [clause]) for frame in it.frames):
         return f"{it.word({'there'})} points at a place that nothing names."
     strange = (word.text for at, word in pairwise(it.row) if at.kind in STANDING and word.kind == "unknown")
-    where = "" if placed else next(strange, "")
-    return f"{where!r} is no place that is known." if where else ""
+    return next((f"{where!r} is no place that is known." for where in strange), "")
+
+
+def _is_placed(frame: F.SemanticFrame) -> bool:
+    """Whether a frame says where, or is of the whole path: "get there in 12 seconds"."""
+    lasts = any(q.unit == "s" for q in frame.quantities.values())
+    local = isinstance(frame, F.Pace | F.Shift | F.Height | F.Smooth | F.Approach)
+    return lasts or bool(frame.named or frame.part or not local)
 
 
 STANDING = ("in", "at", "on", "along", "inside")

@@ -120,13 +120,18 @@ def copies(said: Remark) -> Iterator[Candidate]:
     if i is None or not (said.adds or said.cued("same")):
         return
     new = [p for p in said.active if p.items]
+    other = _other_one(said) if not new else []
     names = tuple(name for name in _items(new) if name not in said.before[i].named)
-    other = [p for p in said.active if p.text in ("other", "one")] if not new and "other" in said.texts else []
     names = names or (said.alike(said.before[i]) if other else ())
     if names and (new or len(names) == 1):
         (copy,) = apply((E.Replace(objects=names),), (said.before[i],), Scene())
         used = (*new, *other, *said.of(*NEAR), *said.cued("also"))
         yield Candidate((E.Also(frame=copy),), used, sure=bool(other))
+
+
+def _other_one(said: Remark) -> list[Phrase]:
+    """The pieces of "the other one"; none where that is not said."""
+    return [p for p in said.active if p.text in ("other", "one")] if "other" in said.texts else []
 
 
 def other_halves(said: Remark) -> Iterator[Candidate]:
@@ -168,14 +173,24 @@ def ends_left_out(said: Remark) -> Iterator[Candidate]:
 def ends_kept(said: Remark) -> Iterator[Candidate]:
     """An end where it was before all turns: "leave the start where it was"; "same for the end", as the start stays."""
     pieces = [p for p in said.pieces if p.concept in ("start", "goal")]
-    stay = [p for p in said.pieces if "keep" in p.cues or p.concept == "original"]
     ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
-    kept = any(_stays_at(frame, *(F.OTHER_END[end] for end in ends)) for frame in said.before)
-    same = [p for p in said.active if "same" in p.text.split()] if kept and len(ends) == 1 else []
-    told = [p for p in said.pieces if p.number or p.items or heading(p)]
-    if said.before and ends and (stay or same) and not told:
+    words = _staying(said, ends)
+    if ends and words and said.before and not any(map(_tells_more, said.pieces)):
         edits = tuple(E.Also(frame=F.Keep(what=end)) for end in ends)
-        yield Candidate(edits, (*pieces, *stay, *same, *said.cued("not", "also", "restart", "undo")), sure=True)
+        yield Candidate(edits, (*pieces, *words, *said.cued("not", "also", "restart", "undo")), sure=True)
+
+
+def _staying(said: Remark, ends: Sequence[str]) -> list[Phrase]:
+    """The pieces that say that ends stay, or that the one is the same as the other, which stays."""
+    if stay := [p for p in said.pieces if "keep" in p.cues or p.concept == "original"]:
+        return stay
+    kept = any(_stays_at(frame, *(F.OTHER_END[end] for end in ends)) for frame in said.before)
+    return [p for p in said.active if "same" in p.text.split()] if kept and len(ends) == 1 else []
+
+
+def _tells_more(piece: Phrase) -> bool:
+    """Whether a piece says how far, which way or of which thing."""
+    return bool(piece.number or piece.items or heading(piece))
 
 
 def _stays_at(frame: F.SemanticFrame, *ends: str) -> bool:

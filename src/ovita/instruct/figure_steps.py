@@ -351,12 +351,10 @@ def reverse(builder: PolicyBuilder, frame: F.Reverse) -> None:
 
 def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
     """Cut off the first or last so much, or what comes before or after a place."""
-    alike = [(i, f.amount) for i, f in enumerate(builder.frames) if isinstance(f, F.Trim) and f.cut == frame.cut]
-    amounts = [q for _, q in alike if q is not None and frame.amount is not None and q.unit == frame.amount.unit]
-    if len(alike) == len(amounts) > 1:  # "cut that much off again" is one cut of all of it
-        if builder.frame != alike[-1][0]:
-            return
-        frame = replace(frame, amount=replace(amounts[0], value=sum(q.value for q in amounts)))
+    whole = _cut_at_once(builder, frame)
+    if whole is None:
+        return
+    frame = whole
     n, part = len(builder.trajectory), _cut(builder, frame)
     if part is None:
         builder.ask(f"How much should be cut off at the {'start' if frame.cut in ('first', 'before') else 'end'}?")
@@ -373,6 +371,17 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
     ends = {"start": f"expect_start(original[{left[0]}, :3])", "goal": f"expect_goal(original[{left[-1]}, :3])"}
     plan, ends = f"Leave out the waypoints{words}.", ends if builder.alone else {}
     builder.add(f"traj = traj[~{where}]", plan, ends=ends | {"waypoints": ""})
+
+
+def _cut_at_once(builder: PolicyBuilder, frame: F.Trim) -> F.Trim | None:
+    """A cut with all that is cut off there, at the last of them: "cut that much off again"; None at the others."""
+    alike = [(i, f.amount) for i, f in enumerate(builder.frames) if isinstance(f, F.Trim) and f.cut == frame.cut]
+    amounts = [q for _, q in alike if q is not None and frame.amount is not None and q.unit == frame.amount.unit]
+    if not len(alike) == len(amounts) > 1:
+        return frame
+    if builder.frame != alike[-1][0]:
+        return None
+    return replace(frame, amount=replace(amounts[0], value=sum(q.value for q in amounts)))
 
 
 def _shorten(builder: PolicyBuilder, metres: float) -> None:

@@ -292,9 +292,13 @@ def offset(clause: Constituents) -> F.Offset:
             else:
                 clause.used -= set() if waiting is None else {waiting}
                 waiting = i
-    if waiting is not None and len(found) == 1 and found[0][1] is None:
-        found = [(found[0][0], _length(clause.items[waiting]))]
-    return tuple(found)
+    left = None if waiting is None else clause.items[waiting]
+    return ((found[0][0], _length(left)),) if left and _is_open(found) else tuple(found)
+
+
+def _is_open(found: Sequence[tuple[Any, F.Quantity | None]]) -> bool:
+    """Whether there is one direction, without a distance."""
+    return len(found) == 1 and found[0][1] is None
 
 
 def _takes(last: tuple[Any, F.Quantity | None], item: Chunk, behind: Sequence[Chunk]) -> bool:

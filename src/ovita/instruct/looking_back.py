@@ -53,8 +53,13 @@ def in_excess(
     if "there" in kinds and before and before[-1].part:
         edits = tuple(_there(edit, before[-1].part) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
-    if not any(words.values()):
-        return edits
+    return _exceeding(edits, said, before, words) if any(words.values()) else edits
+
+
+def _exceeding(
+    edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame], words: Mapping[float, str]
+) -> tuple[E.Edit, ...]:
+    """Edits with amounts behind which words say that so much is too much or missing."""
     known = list(slots(before[0])) if len(before) == 1 else []
     match edits:
         case (E.Rescale(change="more" | "less" as change, factor=None),) if len(known) == 1:
@@ -73,11 +78,15 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
     had = next((q for slot, q in stated if edit.slot in (slot, q.role)), None)
     if bare is None or had is None or had.unit != "m" or had.value <= 0.0:
         return edit
+    return replace(edit, quantity=replace(edit.quantity, value=_likelier(bare, had), unit="m", said=""))
+
+
+def _likelier(bare: float, had: F.Quantity) -> float:
+    """A bare number in the unit that a length was said in, or in metres, whichever is nearer to that length [m]."""
     said = had.said.rstrip(UNITS)
     number = float(said) if is_digits(said) else had.value * (100.0 if had.value < 1.0 else 1.0)  # centimetres, if bare
     likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
-    value = min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
-    return replace(edit, quantity=replace(edit.quantity, value=value, unit="m", said=""))
+    return min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
 
 
 def _there(edit: E.Edit, part: PathPart) -> E.Edit:

@@ -428,11 +428,7 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
     at = i + (words[i] in ("a", "one"))
     share = FRACTIONS.get(words[at]) if at < len(words) else None
     if share is not None:
-        begin = next((k for k in range(at + 1, len(words)) if words[k] not in ("of", "a", "an", "one")), len(words))
-        unit, factor, used = unit_at(words, begin)
-        timed = unit == "s" and begin > at + 1
-        measured = timed or unit in ("m", "m/s", "m/s2")
-        return Amount(share * factor, unit, begin + used - i) if used and measured else None
+        return _share_of_a_unit(words, i, at, share)
     if at >= len(words) or words[i] not in ("a", "an"):
         return None
     at = i + 1 + any(word in FURTHER for word in words[i + 1 : i + 2])
@@ -440,3 +436,11 @@ def _of_a_unit(words: Sequence[str], i: int) -> Amount | None:
     timed = unit == "s" and i > 0 and words[i - 1] in ("for", "wait", "pause", "about", "than")
     measured = unit in ("m", "m/s") and words[at] not in ("m", "unit", "units")
     return Amount(factor, unit, at - i + used) if used and (timed or measured) else None
+
+
+def _share_of_a_unit(words: Sequence[str], i: int, at: int, share: float) -> Amount | None:
+    """A quarter of a metre: from word i on, with the share at word `at`."""
+    begin = next((k for k in range(at + 1, len(words)) if words[k] not in ("of", "a", "an", "one")), len(words))
+    unit, factor, used = unit_at(words, begin)
+    measured = unit in ("m", "m/s", "m/s2") or (unit == "s" and begin > at + 1)
+    return Amount(share * factor, unit, begin + used - i) if used and measured else None

@@ -427,27 +427,18 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
     for item in map(builder.scene.__getitem__, frame.objects):
         word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
         axis = builder.axis(word)
-        half, ref = extent(item, axis), builder.ref(item)
+        half, ref, words = extent(item, axis), builder.ref(item), f"{OF[word]} {item.name}"
         if word in ("front", "back") and frame.direction != "other":
-            builder.assume(f"{OF[word]} {item.name} is {_axis_name(axis)} of it, by the scene's frame")
-        now = max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
-        gap = max(min(builder.scale.step("slight"), nice(now)), builder.room(item), *_kept_from(builder, item))
-        words, reach = f"{OF[word]} {item.name}", (builder.positions - item.position) @ axis
+            builder.assume(f"{words} is {_axis_name(axis)} of it, by the scene's frame")
+        reach, gap = (builder.positions - item.position) @ axis, _side_gap(builder, item)
         stays = frame.direction != "other" and min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
         passes = not where and (frame.direction == "other" or not (frame.along or stays))
         if passes:  # no nearer than it passes now, as far as that goes
-            gap = max(gap, nice(min(now, builder.scale.step("moderate"))))
+            gap = max(gap, nice(min(_clear_now(builder, item), builder.scale.step("moderate"))))
         gap = builder.length(frame.by, gap, f"the distance kept {words}")
         name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
         if passes:
-            plan = f"Bend the path so that it passes {words}, {gap} m from its side; start and goal stay."
-            place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
-            there = _nearest_pass(builder, item, axis * (half + gap))
-            room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
-            within = max(builder.tolerance, room)
-            _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
-            if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
-                builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
+            _pass_beside(builder, item, word, gap, name)
             continue
         builder.add(
             f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
@@ -455,6 +446,31 @@ def side(builder: PolicyBuilder, frame: F.Side) -> None:
             f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
             holds=not where and bool((reach >= half + gap).all()),
         )
+
+
+def _clear_now(builder: PolicyBuilder, item: SceneObject) -> float:
+    """How far from an object the path passes, or what is clear of it at least [m]."""
+    return max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
+
+
+def _side_gap(builder: PolicyBuilder, item: SceneObject) -> float:
+    """The usual distance from the side of an object on which a path passes or stays [m]."""
+    least = min(builder.scale.step("slight"), nice(_clear_now(builder, item)))
+    return max(least, builder.room(item), *_kept_from(builder, item))
+
+
+def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: float, name: str) -> None:
+    """Bend the path past an object on one side, so far from it; `name` is the parameter of that."""
+    axis, ref = builder.axis(word), builder.ref(item)
+    half = extent(item, axis)
+    plan = f"Bend the path so that it passes {OF[word]} {item.name}, {gap} m from its side; start and goal stay."
+    place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
+    there = _nearest_pass(builder, item, axis * (half + gap))
+    room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
+    within = max(builder.tolerance, room)
+    _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
+    if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
+        builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
 
 
 def _axis_name(axis: Array) -> str:

@@ -191,7 +191,7 @@ class Catalog:
                 names.setdefault((head,), items[0])
             elif len(items) == 1 and is_filler(head) and head not in ROBOT:
                 names.setdefault(("the", head), items[0])  # "the leg" of a path, where no object has one
-        people = [item for item in self.scene if (kind := kind_of(item.name, item.extra)) and kind.name == "person"]
+        people = [item for item in self.scene if _is_person(item)]
         for word in PEOPLE if len(people) == 1 else ():
             names.setdefault(("the", word), people[0])  # the only one there is
         return names
@@ -204,11 +204,15 @@ class Catalog:
             for word in words[:-1] if len(words) <= NICKNAMED else ():
                 owners.setdefault(word, []).append(item)
         for word, items in owners.items():
-            plain = len(word) > 2 and word != "and" and (word,) not in terms()
-            if len(items) == 1 and plain:
-                self.names.setdefault((word,), items[0])
-            elif len(items) == 1 and len(word) > 2 and is_filler(word) and word not in ROBOT:
-                self.names.setdefault(("the", word), items[0])
+            if len(items) == 1 and len(word) > 2:
+                self._add_nickname(word, items[0])
+
+    def _add_nickname(self, word: str, item: SceneObject) -> None:
+        """Call an object by a word of its name, or by that with an article where the word says nothing by itself."""
+        if word != "and" and (word,) not in terms():
+            self.names.setdefault((word,), item)
+        elif is_filler(word) and word not in ROBOT:
+            self.names.setdefault(("the", word), item)
 
     def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
         """The objects that the words from i on mean, or None.
@@ -329,6 +333,11 @@ class Catalog:
         return (None, 0) if mention is None else (mention.items[0].position[None], mention.used)
 
 
+def _is_person(item: SceneObject) -> bool:
+    kind = kind_of(item.name, item.extra)
+    return kind is not None and kind.name == "person"
+
+
 PEOPLE = ("person", "man", "woman", "guy", "lady", "human")
 """Words that fit any person, whatever the scene calls it."""
 
@@ -393,10 +402,8 @@ class _Phrase:
         self._modifiers()
         noun, plural = singular(self.word()), self.word() != singular(self.word())
         of_kind = self.catalog.of_kind(noun)
-        any_one = {"a", "an"} & {*self.words[max(begin - 1, 0) : begin + 1]}  # "a light touch"
-        of_sort = of_kind is None and not any_one and (self.at > begin or plural or not is_known(noun))
-        if of_sort:
-            of_kind = self.catalog.sorts.get(noun)
+        of_sort = of_kind is None and self._may_be_sort(noun, begin)
+        of_kind = self.catalog.sorts.get(noun) if of_sort else of_kind
         if of_kind is None or (noun == "one" and not self._told()):
             return None
         self.at += 1
@@ -405,6 +412,11 @@ class _Phrase:
         items = [item for item in of_kind if all(self.catalog.fits(item, trait) for trait in self.traits)]
         mere = not (noun in GENERIC or of_sort or quantified or plural or self._told())
         return None if mere and len(items) == 1 else items
+
+    def _may_be_sort(self, noun: str, begin: int) -> bool:
+        """Whether a noun may be a sort of things: not "a light touch", nor a word of the language alone."""
+        any_one = {"a", "an"} & {*self.words[max(begin - 1, 0) : begin + 1]}
+        return not any_one and (self.at > begin or self.word() != noun or not is_known(noun))
 
     def _told(self) -> bool:
         """Whether something besides a noun has been said of the objects."""

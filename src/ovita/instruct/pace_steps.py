@@ -72,27 +72,34 @@ def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFra
 
 
 def _along_it(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
-    """Before or after a long thing: before the path comes to it, and after it has left it.
-
-    What is told from both begins where the path comes to it.
-    """
+    """Before or after a long thing: before the path comes to it, and after it has left it."""
     item = builder.item(part.places[0]) if part.kind in ("before", "after") and _named(part) else None
     if item is None:
         return part
-    if item.dimensions is None or resolved(builder, part).kind == "range":
+    stretch = None if resolved(builder, part).kind == "range" else _beside(builder, item)
+    if stretch is None or (part.kind == "before" and stretch[0] == 0) or stretch[1] == len(builder.trajectory) - 1:
         return _but_for_ends(builder, frame, part)
+    if part.kind == "before":
+        builder.assume(f'"before {item.name}" ends where the path comes to it, at waypoint {stretch[0] + 1}')
+        return _but_for_ends(builder, frame, PathPart("range", amount=0.0, until=float(stretch[0] - 1)))
+    return _behind(builder, item, stretch)
+
+
+def _beside(builder: PolicyBuilder, item: SceneObject) -> tuple[int, int] | None:
+    """From where to where a path passes along a long thing, as waypoints; None of others."""
+    if item.dimensions is None:
+        return None
     gaps = item.cuboid.signed(builder.trajectory.positions)[0]
     beside = gaps <= gaps.min() + ABOUT_IT * float(item.size.max())
     first, last = next(run for run in runs(beside) if run[0] <= gaps.argmin() <= run[1])
-    both_told = any(other.part.kind == "before" and other.part.places == part.places for other in builder.frames)
-    if last - first < LONG_BY or (part.kind == "before" and first == 0) or last == len(gaps) - 1:
-        return _but_for_ends(builder, frame, part)
-    if part.kind == "before":
-        builder.assume(f'"before {item.name}" ends where the path comes to it, at waypoint {first + 1}')
-        return _but_for_ends(builder, frame, PathPart("range", amount=0.0, until=float(first - 1)))
-    begin = first if both_told else last
+    return (first, last) if last - first >= LONG_BY else None
+
+
+def _behind(builder: PolicyBuilder, item: SceneObject, stretch: tuple[int, int]) -> PathPart:
+    """After a long thing; what is told from before it, too, begins where the path comes to it."""
+    both_told = any(one.part.kind == "before" and one.part.places == (item.name,) for one in builder.frames)
     builder.assume(f'"after {item.name}" begins where the path {"comes to" if both_told else "leaves"} it')
-    return PathPart("range", amount=float(begin))
+    return PathPart("range", amount=float(stretch[0] if both_told else stretch[1]))
 
 
 def _but_for_ends(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
@@ -122,29 +129,34 @@ def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
     On the way to a thing is behind the last stop before it. To slow down before a thing is to do so near it, unless it
     is told from after, or the path ends there.
     """
-    part = frame.part
-    change = frame.change if isinstance(frame, F.Pace) else ""
+    part, change = frame.part, frame.change if isinstance(frame, F.Pace) else ""
     stated = isinstance(frame, F.Pace) and frame.amount is not None
-    if change not in ("faster", "slower", "") or stated or part.kind != "before":
+    if change not in ("faster", "slower", "") or stated or part.kind != "before" or not _named(part):
         return part
-    item = None if isinstance(part.places[0], Mapping) else builder.item(part.places[0])
+    item = builder.item(part.places[0])
     told = (other.part for other in builder.frames if isinstance(other, F.Pace))
     if item is None or any(other.kind == "after" and other.places == part.places for other in told):
         return part
-    path, near = builder.trajectory.positions, builder.scale.near(builder.trajectory.positions, item)
+    near = builder.scale.near(builder.trajectory.positions, item)
+    since = _since_the_stop(builder, item, near, slower=change == "slower")
+    if since is not None or change != "slower":
+        return since or part
+    builder.assume(f'"before {item.name}" begins {nice(BRAKING * near):g} m from its centre')
+    return both(part, PathPart("near", part.places, nice(BRAKING * near)))
+
+
+def _since_the_stop(builder: PolicyBuilder, item: SceneObject, near: float, *, slower: bool) -> PathPart | None:
+    """The way to a thing from the stop before it on; None of a path that does not stop before."""
+    path = builder.trajectory.positions
     still, away = np.flatnonzero(builder.trajectory.speeds[1:-1] <= 0.0) + 1, item.core(path).depth(path)
     there = still[away[still] <= away.min() + builder.tolerance]
     ends = not len(there) and away[-1] <= near
     to = len(path) if ends else there[0] if len(there) else int(away.argmin()) + 1
     earlier = still[still < to]
-    if len(earlier) and (ends or change != "slower"):
-        first, until = float(earlier[-1] + 1), None if ends else float(to - 1)
-        builder.assume(f"on the way to {item.name} is from the stop before it on")
-        return PathPart("range", amount=first, until=until)
-    if change != "slower":
-        return part
-    builder.assume(f'"before {item.name}" begins {nice(BRAKING * near):g} m from its centre')
-    return both(part, PathPart("near", part.places, nice(BRAKING * near)))
+    if not len(earlier) or (slower and not ends):
+        return None
+    builder.assume(f"on the way to {item.name} is from the stop before it on")
+    return PathPart("range", amount=float(earlier[-1] + 1), until=None if ends else float(to - 1))
 
 
 BRAKING = 2.0
@@ -411,15 +423,20 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
         _wait_short(builder, item, short_of, name, lasting)
         return
     if item is not None and frame.aim:
-        place, words = aimed(builder, item.name, frame.aim)
-        plan = f"Bend the path to {words} and wait {lasting} there."
-        promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={near})"
-        builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
+        _wait_beside(builder, item, frame, name, lasting, near)
         return
     promise = f"expect_stop(near={near})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
     in_all = ", in_all=True" if stood and not frame.longer else ""
     lasting += " in all" if in_all else ""
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
+
+
+def _wait_beside(builder: PolicyBuilder, item: SceneObject, frame: F.Wait, name: str, lasting: str, near: str) -> None:
+    """Wait at what is meant of an object, where the path is led to."""
+    place, words = aimed(builder, item.name, frame.aim)
+    plan = f"Bend the path to {words} and wait {lasting} there."
+    promises = f"expect_visits({place}, within={builder.tolerance})", f"expect_stop(near={near})"
+    builder.add(f"traj = hover(traj, {place}, height=0.0, steps={name})", plan, *promises)
 
 
 def stop_by(builder: PolicyBuilder, item: SceneObject, *, roughly: bool = False) -> str:

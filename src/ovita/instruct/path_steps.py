@@ -358,9 +358,7 @@ def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     _, words, point = target(builder, frame.place)
     away = frame.relation == "away"
     way = builder.scene.frame.levelled(point) - builder.positions[0 if end == "start" else -1]
-    up = builder.axis("up")
-    flat = way - float(way @ up) * up
-    way = flat if away and np.linalg.norm(flat) > LEVEL * np.linalg.norm(way) else way  # and at its height
+    way = _level_way(builder, way) if away else way
     distance = float(np.linalg.norm(way))
     usual = builder.step(frame) if away else nice(APPROACH[degree(frame)] * distance)
     told, direction = ("away from", "away") if away else ("toward", "closer")
@@ -375,6 +373,13 @@ def _end_aimed(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     shares = {word: short(share) for word, share in heading.items() if share > 1e-6}
     offset = arguments({word: name if share == 1.0 else f"{share!r} * {name}" for word, share in shares.items()})
     _move_end(builder, end, offset, f"Move the {end} {reach:.4g} m {told} {words}", "" if builder.shifts else offset)
+
+
+def _level_way(builder: PolicyBuilder, way: Array) -> Array:
+    """A way (3,) [m] in the plane where most of it lies there, so that an end stays at its height."""
+    up = builder.axis("up")
+    flat = way - float(way @ up) * up
+    return np.asarray(flat if np.linalg.norm(flat) > LEVEL * np.linalg.norm(way) else way)
 
 
 LEVEL = 0.3

@@ -6,7 +6,7 @@ What of an object is meant the words before it say, for the frames of both reade
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from itertools import pairwise
@@ -178,25 +178,22 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
 
     A loop is no figure eight, to creep past the cup is much slower, and what comes down at the end is low there alone.
     """
-    kinds = {chunk.kind for chunk in said}
-    if "eight" not in kinds and kinds & {"circle", "laps"}:
-        frames = tuple(map(_no_eight, frames))
-    text = f" {' '.join(chunk.text.lower() for chunk in said)} "
-    if any(f" {words} " in text for words in UPRIGHT):
-        frames = tuple(map(_upright, frames))
-    if kinds & {"down", "up", "lower", "raise"} and "keep" not in kinds:
-        frames = tuple(map(_reached_last, frames))
-    if "minus" in kinds:
-        frames = tuple(_below_zero(frame, said) for frame in frames)
-    if kinds & {"multiply", "waypoints"}:
-        frames = tuple(map(_multiplied, frames))
+    kinds, text = {chunk.kind for chunk in said}, f" {' '.join(chunk.text.lower() for chunk in said)} "
+    for called, change in CALLED:
+        if called(kinds, text):
+            frames = tuple(change(frame, said) for frame in frames)
+    return _crawling(frames, said)
+
+
+def _crawling(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Much slower, where one frame is slower by no amount and a word such as "crawl" says it."""
     slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
     if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
         return frames
     return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
 
 
-def _reached_last(frame: F.SemanticFrame) -> F.SemanticFrame:
+def _reached_last(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     """What comes down or up to a height at the end has it there, and not before."""
     at_the_end = frame.part.kind == "last" and frame.part.amount is None
     if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
@@ -213,14 +210,14 @@ def _below_zero(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFram
     return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
 
 
-def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
+def _multiplied(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
     if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
         return frame
     return replace(frame, by=replace(frame.by, role="to"))
 
 
-def _upright(frame: F.SemanticFrame) -> F.SemanticFrame:
+def _upright(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     swings = isinstance(frame, F.Figure) and frame.shape in ("wave", "zigzag")
     return replace(frame, upright=True) if swings else frame  # type: ignore[call-arg]
 
@@ -232,9 +229,19 @@ UPRIGHT = (
 """Words for swinging up and down."""
 
 
-def _no_eight(frame: F.SemanticFrame) -> F.SemanticFrame:
+def _no_eight(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     eight = isinstance(frame, F.Figure) and frame.shape == "eight"
     return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
+
+
+CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chunk]], F.SemanticFrame]], ...] = (
+    (lambda kinds, _: "eight" not in kinds and not kinds.isdisjoint(("circle", "laps")), _no_eight),
+    (lambda _, text: any(f" {words} " in text for words in UPRIGHT), _upright),
+    (lambda kinds, _: "keep" not in kinds and not kinds.isdisjoint(("down", "up", "lower", "raise")), _reached_last),
+    (lambda kinds, _: "minus" in kinds, _below_zero),
+    (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),
+)
+"""Which classes of words, or which words, call for which change of frames."""
 
 
 def _crawls(said: Sequence[Chunk]) -> bool:
