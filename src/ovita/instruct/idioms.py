@@ -31,6 +31,7 @@ _STAND = r"(?:wait|waiting|hover|hovering|stop|pause|hold|dwell|stay|standing)"
 _SIDE = r"(?:the )?(?:left|right|front|back|side|start|goal)\b"
 _SOFTLY = r"(?:more |very |nice and )?(?:gently|softly|slowly|slower|gentler|softer|carefully)\b"
 
+_BUMP = r"(?:touch|hit|bump|crash|knock|brush|scratch|graze|ram)"
 _COMES_NEAR = (
     r"\b(?:whenever|when|if|where|wherever|while) (?:something|anything|(?:an?|any) (?:object|obstacle|thing)) "
     r"(?:is|are|comes?|gets?)(?: less than| closer than| nearer than| within)? "
@@ -182,6 +183,39 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"(?:picked|grabbed|gripped|taken|got) (?:it|them|the \w+)(?: up)?\b(?: before moving on)?",
             "at the pick-up",
         ),
+        (  # what the limits see to anyway
+            r",? ?\b(?:but|and|so(?: that)?)(?: (?:it|you|we|he|she|they))? "
+            rf"(?:don'?t|do not|does not|doesn'?t|not|won'?t|without) {_BUMP}(?:ing)?(?: into| over| against)? "
+            r"(?:it|them|him|her|anything|anyone)\b(?:,? (?:ok|okay)\b)?",
+            "",
+        ),
+        (r"\bhover there\b", "wait there"),
+        (r"\b(?:up|down|over|out) there\b", "there"),
+        (r"\b(?:and )?count to (?P<n>\w+)\b", r"for \g<n> seconds"),
+        (
+            rf"\b(?:scale|multiply) (?:the |its )?speeds? by (?P<n>{_N})(?! ?(?:%|m/s|per))",
+            r"go at \g<n> times the speed",
+        ),
+        (r"\btouch down (?=(?:beside|next to|near|by|behind|left of|right of|in front of)\b)", "land "),
+        (r"\b(?:done|there|back|finished|through) in half (?:the|its|that) time\b", "twice as fast"),
+        (r"\bcome back (?:down|up) to the (?:original|same|old|previous|normal) (?:altitude|height|level)\b", ""),
+        (
+            r"\b(?P<pace>(?:too|so|quick|fast|slow|gent|careful)\w*\b.*[.!,]) *"
+            r"(?:easy|careful|gently|slowly|steady)\W*$",
+            r"\g<pace>",
+        ),
+        (
+            r"\b(?P<wait>(?:wait|pause|hold|stay|hover)\b[^.;!?]*?),? before (?:you|it|he|she) "
+            r"(?:lowers?|sets?|puts?|plac(?:es?)|goes? down|comes? down|descends?)(?: (?:it|them|the \w+))?(?: down)?"
+            r"(?=\s*(?:$|[.,;!?]))",
+            r"\g<wait> before the put-down",
+        ),
+        (
+            rf"\b(?:put|set|lay|place) (?:it|him|her|them|that|this|the \w+) down (?P<by>{_N} ?(?:%|per ?cent) "
+            r"(?:slower|faster))",
+            r"\g<by> at the put-down",
+        ),
+        (r"\b(?:could|can|would) you (?:please )?not (?=\w)", "don't "),
         # how it is now says nothing of how it is to be
         (rf"(?P<n>\b{_N} ?{_UNIT} \w+) than {_NOW}\b", r"\g<n>"),
         (
@@ -325,6 +359,25 @@ _NAMED: tuple[tuple[str, str], ...] = (
     ),
     (r"\btake (?P<one>%s) on (?:its|his|her|the|your) (?P<side>left|right)(?: side)?\b", r"pass \g<side> of \g<one>"),
     (r"\bdip (?:down )?(?:in)?to (?P<one>%s) for\b", r"go down to \g<one> and wait at \g<one> for"),
+    (
+        r"\bas soon as (?:you|it|he|she|we) (?:get|gets|come|comes|are|is) (?:near|close to|within reach of) (?=%s)",
+        "near ",
+    ),
+    (
+        r"\b(?:(?:pass|go|drive|fly|run|mov)(?:e|es|ing)? )?(?:more|further|farther) (?:over )?to the "
+        r"(?P<way>left|right) of (?P<one>%s)",
+        r"move further \g<way> near \g<one>",
+    ),
+    (
+        r"\b(?:don'?t|do not|never) (?:zip|rush|race|dash|zoom|shoot|whizz|tear|hurtle|speed)"
+        r"(?: (?:across|past|by|over|along|through|around))? (?P<one>%s)(?: (?:like that|so (?:much|fast)))?",
+        r"go slower near \g<one>",
+    ),
+    (r"\b(?P<above>above|over) the (?:rim|top|lid|lip|brim|roof) of (?=%s)", r"\g<above> "),
+    (
+        rf"\b(?:come|go|fly|get|dip|drop|sink|move)(?: down| up)? to (?P<q>\S+ ?{_UNIT}) (?:above|over) (?P<one>%s)",
+        r"pass \g<q> over \g<one>",
+    ),
     (r"\bto the (?P<one>%s) side\b", r"toward \g<one>"),
     (r"\bboth (?P<one>%s) and (?=%s)", r"\g<one> and "),
     (r"(?P<one>%s) or (?=%s\s*(?:$|[.,;!?]|and\b))", r"\g<one> and "),
@@ -335,7 +388,8 @@ _NAMED: tuple[tuple[str, str], ...] = (
 _COMPLAINT = re.compile(
     r"^(?P<lead>\W*)(?:it|this|that|he|she|you|the (?:robot|arm|drone|rover|thing|machine))"
     r"(?: (?:always|really|just|practically|sort of|kind of|still))? "
-    r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag))(?:e?s|ing)?"
+    r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag)"
+    r"|(?P<how>jerk|jolt|shak|wobbl|rattl|judder|stutter|sway))(?:e?s|ing)?"
     r"(?: (?:off|away|along|through))?\b(?P<where>[^.,;!?]*)(?P<rest>.*)$",
     re.IGNORECASE | re.DOTALL,
 )
@@ -345,6 +399,8 @@ _REMEDY = re.compile(r"\b(?:slow|fast|quick|gent|pace|speed|hurry|easy|calm|soft
 def _complained(found: re.Match[str]) -> str:
     """What is to be done about a speed that somebody complains of: what they say themselves, or the opposite of it."""
     rest = found["rest"].lstrip(" .,;!?")
+    if found["how"]:
+        return found["lead"] + rest if rest else found[0]
     if _REMEDY.search(rest) and not re.search(r"\bthere\b", rest, re.IGNORECASE):
         return found["lead"] + rest
     return f"{found['lead']}{'slower' if found['fast'] else 'faster'}{found['where']}{found['rest']}"
@@ -432,6 +488,10 @@ _THE_SAME = re.compile(
 _LEFT_THERE = re.compile(r"\b(?:leave|drop)\b", re.IGNORECASE)  # where that is tells where the path ends
 
 
+_OLD = re.compile(
+    r"\bthe (?:old|previous|current|present|former) (?=(?:goal|end|end ?point|destination|start|finish)\b)",
+    re.IGNORECASE,
+)
 _TOO_FAR = re.compile(r"\btoo far (?:over |out )?(?:to the )?(?P<way>left|right)\b", re.IGNORECASE)
 
 
@@ -443,6 +503,7 @@ def without_now(text: str, scene: Scene) -> str:
         scene: With the names of objects.
     """
     text = _THE_SAME.sub("", _AS_NOW.sub("", text))
+    text = _OLD.sub("the ", text)
     text = _TOO_FAR.sub(lambda found: f"further {'right' if found['way'].lower() == 'left' else 'left'}", text)
     if len(scene) < 2 or _LEFT_THERE.search(text):
         return text

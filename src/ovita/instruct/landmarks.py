@@ -149,7 +149,7 @@ TIMES = {"half": 0.5, "halve": 0.5, "twice": 2.0, "double": 2.0, "three": 3.0, "
 """What words for how long a stop is to last are to how long it lasts."""
 
 _EXTREME = re.compile(
-    r"\b(?P<link>at|after|behind|past|before|until|till|from) (?:the |its )"
+    r"\b(?P<link>at|after|behind|past|before|until|till|from) (?:the |its )(?:very )?"
     r"(?P<which>highest|lowest|leftmost|rightmost|topmost) (?:point|spot|place|position|waypoint)\b"
     r"(?: of (?:the |its |your )?(?:\w+ )?(?:path|flight|trajectory|route|way|run|movement|motion|trip))?(?: on)?",
     re.IGNORECASE,
@@ -172,6 +172,20 @@ BULGE, TOP, LEVEL = 0.3, 0.25, 0.05
 share of its extent by which a path rises that is not level."""
 
 _PUT_DOWN = re.compile(r"\bat the put-down\b", re.IGNORECASE)
+_BEFORE_DOWN = re.compile(r"\bbefore the put-down\b", re.IGNORECASE)
+_RETURNS = re.compile(
+    r"\b(?P<go>fly|drive|do|make|take|run|go|travel) the (?:way (?:back|home)|return(?: trip| leg| flight)?)\b",
+    re.IGNORECASE,
+)
+_LITTLE_SHORT = re.compile(
+    r"\b(?:stop|end|finish|park|halt)(?: it| the \w+)? (?:a (?:little|bit|touch|tad)|slightly|somewhat) "
+    r"(?:earlier|sooner|(?:short of|before) (?:the (?:end|goal)|where (?:it|you|he|she) "
+    r"(?:ends?|stops?|finish(?:es)?)(?: now)?))(?=\s*(?:$|[.,;!?]|and\b))",
+    re.IGNORECASE,
+)
+LITTLE = 0.05
+"""The share of a path that "stop a little earlier" takes off."""
+
 _PICK_UP = re.compile(r"\bat the pick-up\b", re.IGNORECASE)
 _START_HEIGHT = re.compile(
     r"\b(?:at|to) (?:the )?(?:same )?(?:height|level) (?:where|at which|it is at where|as where|of where) "
@@ -212,7 +226,10 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
         positions: The path (N, 3) [m], or None.
     """
     if positions is None:
-        return _PUT_ASIDE.sub(r"end \g<by> further \g<way>", _PUT_DOWN.sub("at the end", text))
+        text = _PUT_DOWN.sub("at the end", _BEFORE_DOWN.sub("at the end", text))
+        return _PUT_ASIDE.sub(r"end \g<by> further \g<way>", text)
+    text = _LITTLE_SHORT.sub(f"stop {LITTLE * float(arc_length(positions)[-1]):.2g} m earlier", text)
+    text = _RETURNS.sub(r"\g<go> on the way back", text)
     text = _EXTREME.sub(lambda found: _extreme(found, scene, positions), text)
     text = _TOP.sub(lambda found: _top(found, scene, positions), text)
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
@@ -225,6 +242,7 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     text = _PICK_UP.sub(f"at waypoint {stops.at[0][0] + 1}" if stops.at else "at the start", text)
     if (high := float(positions[0] @ scene.frame.direction("up"))) >= 0.0:
         text = _START_HEIGHT.sub(f"to a height of {high:.4g} m", text)
+    text = _BEFORE_DOWN.sub(stops.before_down, text)
     text = _PUT_DOWN.sub(lambda found: stops.put_down(bool(_WAITS.search(found.string))), text)
     text = _PUT_ASIDE.sub(stops.put_aside, text)
     text = re.sub(_SLOPE % called, stops.slope, text, flags=re.IGNORECASE)
@@ -318,6 +336,15 @@ class _Stops:
         after = self.at[-2][1] if len(self.at) > 1 else 0
         down = first - round(LAST_OF * (first - after))
         return f"at waypoint {first + 1}" if waits else f"from waypoint {down + 1} to waypoint {first + 1}"
+
+    def before_down(self, _: re.Match[str]) -> str:
+        """Where the way down begins on which something is set down; the end of a level path."""
+        last = self.at[-1][0] if self.draws_back else len(self.positions) - 1
+        up = self.positions @ self.scene.frame.direction("up")
+        at = last
+        while at > 0 and up[at - 1] > up[at] + 1e-9:
+            at -= 1
+        return f"at waypoint {at + 1}" if at < last else "at the end"
 
     def slope(self, found: re.Match[str]) -> str:
         """The way down to an object, or up from it: as far as the path falls before it stands there, or rises after."""

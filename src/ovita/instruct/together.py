@@ -35,7 +35,7 @@ def _joined(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame | 
             F.Approach(by=F.Quantity() as by) | F.Clearance(distance=by),
         ):
             if over.named == frame.named and not over.quantities.get("by"):
-                return replace(over, by=replace(by, role="by"))
+                return replace(over, by=replace(by, role="by")) if by != CLEAR else over
         case (F.Shift() | F.MoveEnd()) as first, (F.Shift() | F.MoveEnd()) as second:
             open_ = {way for way, q in first.offset if q is None}
             before, then = dict(first.offset), dict(second.offset)
