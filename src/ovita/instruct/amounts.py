@@ -170,10 +170,27 @@ def amounts(said: Remark) -> Iterator[Candidate]:
         named += [*placed, *(said.of("near", "at") if placed else ())]
     used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
     factor = _factor(said)
-    if sized and factor is not None:
+    share = None if factor is None else _share_of_speed(said, sized, factor[0])
+    if share is not None and factor is not None:
+        yield Candidate((share,), (*used, *factor[1], *said.of("original", "around", "slower")), sure=True)
+    elif sized and factor is not None:
         yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor[0]), (*used, *factor[1]))
     elif signs := _signs(said, sized):
         yield _more_or_less(said, signs, used)
+
+
+def _share_of_speed(said: Remark, sized: Sequence[int], factor: float) -> E.Edit | None:
+    """So much of the speed itself where it is to be still slower: "even slower, a third of what it was"."""
+    slower = [i for i in sized if "slower" in senses_of(said.before[i]) and _slower_still(said)]
+    if factor >= 1.0 or not slower:
+        return None
+    return E.Set(on=said.on(slower[-1]), slot="amount", quantity=F.Quantity(round(factor, 2), "x", "to"))
+
+
+def _slower_still(said: Remark) -> bool:
+    """Whether "slower" is said, and what a share is of: "of what it was", "the speed"."""
+    texts = {word for p in said.active for word in p.text.split()}
+    return "slower" in texts and not texts.isdisjoint(("was", "original", "speed", "normal"))
 
 
 def _signs(said: Remark, sized: Sequence[int]) -> dict[int, tuple[int, tuple[Phrase, ...]]]:

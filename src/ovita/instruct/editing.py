@@ -131,6 +131,8 @@ def apply(
     known = tuple(frames)
     for edit in edits:
         known = _APPLIED[type(edit)](edit, known, dict(values or {}))
+        if isinstance(edit, Restrict):  # what is confined to where the same is asked for already is that
+            known = tuple(frame for i, frame in enumerate(known) if frame not in known[:i])
     return known
 
 

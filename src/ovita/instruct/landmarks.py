@@ -60,7 +60,8 @@ _NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "
             "5th": 4, "last": -1, "final": -1}  # fmt: skip
 
 _STRETCH = "pass|row|line|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
-_NUMBER = rf"({'|'.join(_NUMBERS)}|middle)"
+_HIGHER = {"top": 1.0, "upper": 1.0, "highest": 1.0, "bottom": -1.0, "lower": -1.0, "lowest": -1.0}
+_NUMBER = rf"({'|'.join((*_NUMBERS, *_HIGHER))}|middle)"
 _NUMBERED = re.compile(  # not "first pass the cup"
     rf"\b(?:the\s+|(?<=in )|(?<=on )){_NUMBER}\s+(?:{_STRETCH})\b"
     rf"|\b{_NUMBER}\s+(?:{_STRETCH})"
@@ -91,9 +92,7 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
     taken: dict[str, str] = {}
 
     def stretch(found: re.Match[str]) -> str:
-        number = _NUMBERS.get(
-            (found[1] or found[2]).lower(), len(stretches) // 2 if len(stretches) % 2 else len(stretches)
-        )
+        number = _which(stretches, (found[1] or found[2]).lower(), positions @ scene.frame.direction("up"))
         if not -len(stretches) <= number < len(stretches):
             return found[0]
         first, last = stretches[number]
@@ -116,7 +115,35 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
     if len(stretches) < 2:
         return text, ""
     text = _CORNER.sub(corner, _NUMBERED.sub(stretch, text))
+    text = _LEFT_OUT.sub(lambda found: _without(int(found["a"]), int(found["b"]), len(positions)), text)
     return text, f"It is taken that {' and '.join(f'{k} is {v}' for k, v in taken.items())}." if taken else ""
+
+
+_LEFT_OUT = re.compile(
+    r"\b(?:leave out|skip|omit|drop|cut out|miss out) (?:the )?waypoints (?P<a>\d+) to (?P<b>\d+)\b", re.IGNORECASE
+)
+
+
+def _without(first: int, last: int, count: int) -> str:
+    """A stretch that is left out, from one waypoint to another, counted from 1: cut off, or gone past straight."""
+    if last >= count - 1:
+        return f"cut off the last {count - first + 1} waypoints"
+    return f"cut off the first {last} waypoints" if first <= 2 else f"go straight from waypoint {first} to {last}"
+
+
+def _which(stretches: Sequence[tuple[int, int]], said: str, up: Array) -> int:
+    """The number of a stretch by its place in their order or by its height; that of none where there is no such.
+
+    Args:
+        stretches: The first and last waypoint of each.
+        said: "second", "middle" or "top".
+        up: The height of each waypoint (N,) [m].
+    """
+    if said in _HIGHER:
+        heights = [_HIGHER[said] * float(up[a : b + 1].mean()) for a, b in stretches]
+        level = len(stretches) < 2 or max(heights) - min(heights) < LEVEL * float(np.ptp(up))
+        return len(stretches) if level else int(np.argmax(heights))
+    return _NUMBERS.get(said, len(stretches) // 2 if len(stretches) % 2 else len(stretches))
 
 
 _STOP = re.compile(

@@ -182,6 +182,8 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     for called, change in CALLED:
         if called(kinds, text):
             frames = tuple(change(frame, said) for frame in frames)
+    if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
+        frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
     return _crawling(frames, said)
 
 

@@ -12,6 +12,7 @@ from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, arc_length, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import (
+    GENTLE,
     ROUNDING,
     Aim,
     Offset,
@@ -50,7 +51,8 @@ def move(
 
     Args:
         ease: Length of the soft edge inside the part as a fraction (0..1) of the path's length; 0 for a jump.
-        keep: End that stays where it is; the shift sets in over `ease`, or a quarter of the path if that is not given.
+        keep: End that stays where it is; the shift sets in over `ease`, or if that is not given over 3 times its
+            length, at most over a quarter of the path.
     """
     rows = arguments.waypoints(traj)
     shift = arguments.offset(frame, offset)
@@ -60,7 +62,8 @@ def move(
         raise ValueError(f"keep must be None, 'start', 'goal' or 'both', not {keep!r}")
     weights = eased(selected, rows[:, :3], rise, float(np.linalg.norm(shift)))
     if keep is not None:
-        rise = min(rise or DEFAULT_EASE, 0.5 if keep == "both" else 1.0)
+        usual = GENTLE * float(np.linalg.norm(shift)) / max(float(arc_length(rows[:, :3])[-1]), 1e-12)
+        rise = min(rise or min(usual or DEFAULT_EASE, DEFAULT_EASE), 0.5 if keep == "both" else 1.0)
         fraction = fractions(rows[:, :3])
         for end, away in (("start", fraction), ("goal", 1.0 - fraction)):
             if keep in (end, "both"):
