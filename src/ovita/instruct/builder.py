@@ -434,11 +434,33 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
         return part
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
+    if (high := _high_over(builder, item, usual)) is not None:
+        return high
     reach, rest = _near_without_stays(builder, item, usual) if _shifts(builder) else (usual, ())
     wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
+
+
+def _high_over(builder: PolicyBuilder, item: SceneObject, usual: float) -> PathPart | None:
+    """Where a path that is to be higher or lower passes over an object too high to be near it; None of others."""
+    frame = builder.frames[builder.frame] if builder.frame < len(builder.frames) else None
+    if not isinstance(frame, F.Shift) or not {way for way, _ in frame.offset} <= {"up", "down"}:
+        return None
+    path, up = builder.trajectory.positions, builder.axis("up")
+    rise = (path - item.position) @ up
+    level = path - rise[:, None] * up
+    aside = item.core(level).depth(level)
+    there = int(aside.argmin())
+    if rise[there] <= 0.0 or item.core(path).depth(path)[there] <= usual:
+        return None
+    near = (aside <= builder.scale.near(level, item)) & ~stays(builder.trajectory.to_array())
+    first, last = next((run for run in runs(near) if run[0] <= there <= run[1]), (0, 0))
+    if first == last:
+        return None
+    builder.assume(f"the path passes over {item.name} between waypoints {first + 1} and {last + 1}")
+    return PathPart("range", amount=float(first), until=float(last))
 
 
 def _near_without_stays(
