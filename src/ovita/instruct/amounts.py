@@ -164,11 +164,8 @@ STEPS = {"more": 1, "further": 1, "extra": 1, "farther": 1, "less": -1, "fewer":
 def amounts(said: Remark) -> Iterator[Candidate]:
     """More, less, or a factor on it."""
     sized = [i for i in said.targets if slots(said.before[i]) or isinstance(said.before[i], F.Smooth | F.Curve)]
-    named = [p for p in said.active if p.cues and any(names(p, said.before[i]) for i in sized)]
-    if said.cued("less", "not"):  # "not so slow at the cup", which is the one that was slowed down there
-        placed = [p for p in said.active if p.items and any(names(p, said.before[i]) for i in sized)]
-        named += [*placed, *(said.of("near", "at") if placed else ())]
-    used = (*said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again"), *named)
+    named = said.cued("more", "less", "weak", "slight", "large", "enough", "not", "same", "again")
+    used = (*named, *_naming(said, sized))
     factor = _factor(said)
     share = None if factor is None else _share_of_speed(said, sized, factor[0])
     if share is not None and factor is not None:
@@ -177,6 +174,13 @@ def amounts(said: Remark) -> Iterator[Candidate]:
         yield _scaled(said, sized, lambda on: E.Rescale(on=on, factor=factor[0]), (*used, *factor[1]))
     elif signs := _signs(said, sized):
         yield _more_or_less(said, signs, used)
+
+
+def _naming(said: Remark, sized: Sequence[int]) -> list[Phrase]:
+    """The pieces that name one of some frames, also by its object: "not so slow at the cup"."""
+    fitting = [p for p in said.active if any(names(p, said.before[i]) for i in sized)]
+    placed = [p for p in fitting if p.items] if said.cued("less", "not") else []
+    return [*(p for p in fitting if p.cues), *placed, *(said.of("near", "at") if placed else ())]
 
 
 def _share_of_speed(said: Remark, sized: Sequence[int], factor: float) -> E.Edit | None:

@@ -180,12 +180,16 @@ def _moved_end(clause: Sequence[Chunk]) -> Trim | Extend | Pace | None:
     if len(way) != 1 or not known.issuperset((*first, *then)):
         return None
     if timed:
-        arrives = way[0] in IN_TIME and not ARRIVING.isdisjoint((*first, *then))
-        return Pace(change=IN_TIME[way[0]], amount=Quantity(q.value, "s", said=q.said)) if arrives else None
+        return _in_time(q, way[0]) if not ARRIVING.isdisjoint((*first, *then)) else None
     amount = Quantity(q.value, "m", said=q.said)
     if not _ends(first, then, way[0]):
         return None
     return Trim(cut="last", amount=amount) if way[0] in SOONER else Extend(by=amount)
+
+
+def _in_time(q: Quantity, way: str) -> Pace | None:
+    """How many seconds sooner or later the path is over."""
+    return Pace(change=IN_TIME[way], amount=Quantity(q.value, "s", said=q.said)) if way in IN_TIME else None
 
 
 def _words(chunks: Sequence[Chunk]) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container
 
 from ovita.instruct.objects import head_of
 from ovita.paths.scene import Scene
@@ -428,21 +428,24 @@ def _numbered(text: str, scene: Scene) -> str:
     """An utterance with the names of objects that are numbered: "the second pylon", "pylons 1 and 2"."""
     names = {name.lower() for name in scene.names}
     for kind in {name.rpartition(" ")[0] for name in names if name[-1:].isdigit() and " " in name}:
-        for number, word in enumerate(_COUNTS, 1):
-            if f"{kind} {number}" in names and f"{kind} {word}" not in names:
-                text = re.sub(rf"\b{re.escape(kind)} {word}\b", f"{kind} {number}", text, flags=re.IGNORECASE)
-        pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{_UNIT}\b)\b"
-        text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
-        same = rf"(?P<more>[^.;]*?),? (?:it|that)(?:'s| is) {re.escape(kind)} (?P<n>\d+)"
-        named = rf"\b(?:the|our|my|that) {re.escape(kind)}\b(?! \d){same}"
-        text = re.sub(named, rf"{kind} \g<n>\g<more>", text, flags=re.IGNORECASE)
+        text = _counted(text, kind, names)
     for number, word in enumerate(("first", "second", "third", "fourth", "fifth"), 1):
-        for kind in {name.rpartition(" ")[0] for name in names if name.endswith(f" {number}")}:
-            if f"{word} {kind}" not in names and kind:
-                text = re.sub(
-                    rf"\b(?:the )?{word} {re.escape(kind)}\b(?! \d)", f"{kind} {number}", text, flags=re.IGNORECASE
-                )
+        for kind in {name.rpartition(" ")[0] for name in names if name.endswith(f" {number}")} - {""}:
+            said = rf"\b(?:the )?{word} {re.escape(kind)}\b(?! \d)"
+            text = text if f"{word} {kind}" in names else re.sub(said, f"{kind} {number}", text, flags=re.IGNORECASE)
     return text
+
+
+def _counted(text: str, kind: str, names: Container[str]) -> str:
+    """An utterance with the names of objects of a kind whose numbers are words, or stand in a list or further on."""
+    for number, word in enumerate(_COUNTS, 1):
+        if f"{kind} {number}" in names and f"{kind} {word}" not in names:
+            text = re.sub(rf"\b{re.escape(kind)} {word}\b", f"{kind} {number}", text, flags=re.IGNORECASE)
+    pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{_UNIT}\b)\b"
+    text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
+    same = rf"(?P<more>[^.;]*?),? (?:it|that)(?:'s| is) {re.escape(kind)} (?P<n>\d+)"
+    named = rf"\b(?:the|our|my|that) {re.escape(kind)}\b(?! \d){same}"
+    return re.sub(named, rf"{kind} \g<n>\g<more>", text, flags=re.IGNORECASE)
 
 
 def without_cargo(text: str, scene: Scene) -> str:

@@ -179,9 +179,7 @@ ONE = frozenset(("a", "an", "one", "1"))
 def _stated(words: Sequence[str], i: int) -> Amount | None:
     """A number with its unit, or one of a unit."""
     if words[i] in ("factor", "times"):
-        at = i + 1 + (words[i + 1 : i + 2] == ["of"])
-        times = _plain(words, at) if at < len(words) else None
-        return None if times is None else Amount(times[0], "x", at - i + times[1])
+        return _times(words, i)
     found = _plain(words, i)
     if found is None:
         return _of_a_unit(words, i)
@@ -202,6 +200,13 @@ def _stated(words: Sequence[str], i: int) -> Amount | None:
     if cents is not None:
         return Amount(value + cents[0], unit, used + more + cents[1])
     return Amount(value * factor, unit, used + more)
+
+
+def _times(words: Sequence[str], i: int) -> Amount | None:
+    """A factor behind its word: "a factor of two", "times three"."""
+    at = i + 1 + (words[i + 1 : i + 2] == ["of"])
+    times = _plain(words, at) if at < len(words) else None
+    return None if times is None else Amount(times[0], "x", at - i + times[1])
 
 
 def _centimetres_behind(words: Sequence[str], at: int, more: int) -> tuple[float, int] | None:
@@ -347,17 +352,28 @@ def _plain(words: Sequence[str], i: int) -> tuple[float, int] | None:
     for vague, number in (("couple", 2.0), ("few", 3.0)):
         if used := _couple(words, i, vague):
             return number, used
+    if dozens := _dozens(word, behind):
+        return dozens
+    if word == "point" and behind and behind[0] in NUMBER_WORDS and words[max(i - 1, 0)] not in POINTS:
+        return _point_something(words, i)
+    return _in_words(words, i) if word in NUMBER_WORDS else None
+
+
+def _dozens(word: str, behind: Sequence[str]) -> tuple[float, int] | None:
+    """A dozen, a hundred, half a dozen."""
     if word == "a" and behind[:1] in (["dozen"], ["hundred"]):
         return NUMBER_WORDS[behind[0]], 2
     if word == "half" and "dozen" in behind[:2] and behind[0] in ("a", "dozen"):
-        return 6.0, 2 + behind.index("dozen")
-    if word == "point" and behind and behind[0] in NUMBER_WORDS and words[max(i - 1, 0)] not in POINTS:
-        decimals, used = _decimals(words, i + 1)
-        a_waypoint = (
-            NUMBER_WORDS[behind[0]] > 9.0 and words[i - 1 : i] and words[i - 1] in ("at", "from", "to", "until")
-        )
-        return None if a_waypoint and not unit_at(words, i + used + 1)[2] else (decimals, used + 1)
-    return _in_words(words, i) if word in NUMBER_WORDS else None
+        return 6.0, 2 + list(behind).index("dozen")
+    return None
+
+
+def _point_something(words: Sequence[str], i: int) -> tuple[float, int] | None:
+    """Five tenths of "point five"; None for a waypoint: "from point twelve"."""
+    decimals, used = _decimals(words, i + 1)
+    placed = bool(words[i - 1 : i]) and words[i - 1] in ("at", "from", "to", "until")
+    a_waypoint = placed and NUMBER_WORDS[words[i + 1]] > 9.0
+    return None if a_waypoint and not unit_at(words, i + used + 1)[2] else (decimals, used + 1)
 
 
 def _couple(words: Sequence[str], i: int, vague: str) -> int:
@@ -395,13 +411,18 @@ def _in_words(words: Sequence[str], i: int) -> tuple[float, int]:
             return value + decimals, used + 1 + more
         if word == "and" and value >= 100 and further is not None and further < 100:
             value, used = value + further, used + 2
-        elif step == 100.0 and value < 100:
-            value, used = value * 100.0, used + 1
-        elif step is not None and 0 < step < 10 and value >= 20 and value % 10 == 0:
-            value, used = value + step, used + 1
+        elif (larger := _with_a_word(value, step)) is not None:
+            value, used = larger, used + 1
         else:
             break
     return value, used
+
+
+def _with_a_word(value: float, step: float | None) -> float | None:
+    """A number with one more word: "two hundred", "twenty five"; None where the two do not go together."""
+    if step == 100.0 and value < 100:
+        return value * 100.0
+    return value + step if step is not None and 0 < step < 10 and value >= 20 and value % 10 == 0 else None
 
 
 def _digit_by_digit(words: Sequence[str], i: int) -> tuple[float, int] | None:

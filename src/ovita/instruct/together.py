@@ -333,10 +333,15 @@ def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
     match sorted(paces, key=lambda pace: bool(pace.part)):
         case [whole, local] if local.part and not whole.part and whole.change != local.change:
             return [replace(frame, part=outside(local.part)) if frame is whole else frame for frame in made]
-        case [first, then] if first.part.kind == "near" and then == replace(then, change="faster", part=first.part):
-            if first.change == "slower" and not then.amount:  # "slower over the cup, then speed up again"
-                return [replace(then, part=PathPart("after", first.part.places)) if f is then else f for f in made]
+        case [first, then] if _speeds_up_again(first, then):
+            return [replace(then, part=PathPart("after", first.part.places)) if f is then else f for f in made]
     return made
+
+
+def _speeds_up_again(first: F.Pace, then: F.Pace) -> bool:
+    """Whether it is to be faster again after it was slower near something: "slower over it, then speed up again"."""
+    there = first.part.kind == "near" and then == replace(then, change="faster", part=first.part)
+    return there and first.change == "slower" and not then.amount
 
 
 def at_the_ends(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
