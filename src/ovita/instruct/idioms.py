@@ -190,7 +190,7 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             "",
         ),
         (r"\bhover there\b", "wait there"),
-        (r"\b(?:up|down|over|out) there\b", "there"),
+        (r"\b(?:up|over|out) there\b", "there"),
         (r"\b(?:and )?count to (?P<n>\w+)\b", r"for \g<n> seconds"),
         (
             rf"\b(?:scale|multiply) (?:the |its )?speeds? by (?P<n>{_N})(?! ?(?:%|m/s|per))",

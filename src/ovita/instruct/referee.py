@@ -220,7 +220,7 @@ def _understood(
     """As `understand`, of an utterance that is written out."""
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    rules = in_units(rules, said, positions)
+    rules = stood_beside(in_units(rules, said, positions), said)
     alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
     if quick and alone and _plain(said) and _whole(said, rules):
         rules = replace(rules, frames=spread(rules.frames, said))
@@ -230,7 +230,8 @@ def _understood(
         return judged(said, rules, None)
     heard = reader.hear(text, scene, positions, before or None)
     learned = in_units(reader.reading(heard), said, positions)
-    return judged(said, rules, learned, {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))})
+    weighed: Weighed = {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))}
+    return judged(said, rules, stood_beside(learned, said), weighed)
 
 
 def _winds(frame: F.SemanticFrame) -> bool:
@@ -243,7 +244,6 @@ def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None)
     reading = prolonged(
         replace(reading, frames=as_named(in_turn(halted(at_speed(reading.frames, said), said), said), said)), said
     )
-    reading = stood_beside(reading, said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
