@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ovita.paths.geometry import runs
+from ovita.paths.geometry import Cuboid, runs
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 
@@ -85,11 +85,28 @@ class Scale:
         least, few = around[0], around[min(count, len(around)) - 1]
         # The stretch along a wide object is long by itself.
         beyond = max(NEAR_SHARE * self.extent - float(core.half.max()), min(NEAR_SHARE * self.extent, WIDER * least))
-        reach = nice(max(math.hypot(least, beyond), float(few)))
+        reach = nice(max(math.hypot(least, beyond), float(few), _alongside(positions, core, apart)))
         passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
         other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)
         return max(nice(ASIDE * other, up=False), nice(float(few))) if other < reach else reach
 
+
+def _alongside(positions: Array, core: Cuboid, apart: Array) -> float:
+    """How far off the path passes along a wide thing, to and fro [m]; 0 of others.
+
+    Args:
+        positions: The path, (N, 3) [m].
+        core: The middle of the thing's body.
+        apart: The distance of each waypoint to it, (N,) [m].
+    """
+    longest = int(core.half.argmax())
+    along = np.abs((positions - core.center) @ core.rotation[:, longest]) <= core.half[longest]
+    beside = along & (apart <= TO_AND_FRO * float(apart.min()))
+    return float(apart[beside].max(initial=0.0)) if core.half[longest] > 0.0 else 0.0
+
+
+TO_AND_FRO = 1.5
+"""How many times as far off as the nearest another pass along a long thing is that is near it, too."""
 
 WIDER = 0.25
 """How far beyond the ends of a wide object is near it at least, as a share of its distance to the path."""
