@@ -431,6 +431,22 @@ FOURTH = [
         "no, the other way",
         {"at_bottle": (0.5, 0.95), "gap_table": (0.79, 0.81)},
     ),
+    (
+        ["go faster at the end"],
+        "no i meant only the very last bit",
+        {"speed": 1.0, "at_bottle": 1.0, "speed_end": (1.4, 2.1)},
+    ),
+    (["slow down at the start"], "Not there. At the bottle.", {"speed": 1.0, "at_bottle": (0.3, 0.7)}),
+    (["slow down at the start"], "not at the start, at the bottle", {"speed": 1.0, "at_bottle": (0.3, 0.7)}),
+    (["move a bit away from the table"], "make it 0.9 m", {"gap_table": (0.88, 0.93)}),
+    (["slow down before the table"], "the other half rather", {"at_cup": 1.0, "at_bottle": (0.3, 0.7)}),
+    (
+        ["slow down near the cup", "slower near the bottle as well"],
+        "undo the slowing at the bottle",
+        {"at_cup": 0.5, "at_bottle": 1.0},
+    ),
+    (["slow down near the bottle"], "even slower, a third of what it was", {"at_bottle": (0.3, 0.36)}),
+    (["slow down in the first half"], "and go 10 cm higher there", {"up": (-0.01, 0.11), "up_end": 0.0}),
     (LEFT, "raise it by 0.1", {"left": 0.2, "up": 0.1}),
     (LEFT, "increase it by 0.1", {"left": 0.3}),
 ]

@@ -77,3 +77,25 @@ def test_higher_on_the_way_to_where_it_ends_leaves_the_ends():
     bin_ = SceneObject("bin", [1.0, 0.0, 0.1], [0.06] * 3)
     up = adapted("lift it 5 cm on the way to the bin", bin_).adapted.positions[:, 2] - ARCH.positions[:, 2]
     assert abs(up[[0, -1]]).max() < 1e-9 and up[10:30].min() > 0.049
+
+
+def test_rows_are_told_by_their_height_and_one_that_is_left_out_is_cut_off():
+    rows = [(0, 0, 2), (4, 0, 2), (4, 0, 1), (0, 0, 1), (0, 0, 0), (4, 0, 0)]
+    line = np.concatenate([np.linspace(a, b, 20) for a, b in zip(rows, rows[1:], strict=False)])
+    lawn = Trajectory(line[np.r_[True, (np.diff(line, axis=0) != 0.0).any(axis=1)]].astype(float), np.full(96, 0.5))
+    top = understand("the top row 20 cm higher", Scene(()), lawn)
+    assert top.outcome == "needs_confirmation" and top.reading.frames[0].part.until < 25
+    bottom = understand("the bottom row slower", Scene(()), lawn)
+    assert bottom.reading.frames[0].part.amount > 70
+    assert show(understand("leave out the last row", Scene(()), lawn).reading.frames).startswith("trim last=")
+
+
+def test_a_little_short_of_the_end_is_a_little_of_the_path():
+    assert show(understand("park it a little short of where it ends now", Scene(()), ARCH).reading.frames).startswith(
+        "trim last="
+    )
+
+
+def test_before_it_is_lowered_is_where_the_way_down_begins():
+    part = understand("wait two seconds before you lower it", Scene(()), ARCH).reading.frames[0]
+    assert part.place.value == 21.0

@@ -14,6 +14,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
@@ -24,7 +26,7 @@ from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
 from ovita.instruct.frames import SPOTS, Keep, Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
-from ovita.instruct.idioms import with_name, with_place
+from ovita.instruct.idioms import with_name, with_place, with_thing
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
@@ -209,10 +211,11 @@ class DialogueState:
         """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
         there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self._results else ()
         parts = {frame.part for result in self._results[-1:] for frame in result.frames if frame.part}
-        if len(there) == 1:
+        changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
+        if len(parts) == len(changed) == 1:
+            said = with_place(said, changed[0].words(), self.now.scene)
+        elif len(there) == 1:
             said = with_place(said, f"at the {there[0].name}", self.now.scene)
-        elif not there and len(parts) == 1 and (part := parts.pop()).kind in WORDED:
-            said = with_place(said, part.words(), self.now.scene)
         names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
         return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
 
@@ -313,8 +316,9 @@ class DialogueState:
         name, head = named[0].name, _head(named[0].name)
         rest = tuple(item for item in self.now.scene if item.name == name or _head(item.name) != head)
         reading = self._read(self.asked, scene=replace(self.now.scene, objects=rest))
-        about = any(name in frame.named for frame in reading.frames)
-        return reading.frames if about and _is_certain(reading) and not reading.improper else ()
+        told = (self._read(text) for text in with_thing(self.asked, name))
+        about = (one for one in (reading, *told) if any(name in frame.named for frame in one.frames))
+        return next((one.frames for one in about if _is_certain(one) and not one.improper), ())
 
     # Doing.
 
@@ -464,7 +468,9 @@ class DialogueState:
         self, feedback: Feedback, before: Adaptation | None, result: Adaptation, kind: Kind, on: FeedbackOn = "current"
     ) -> Interpretation:
         if result.usable:
-            result = _noting(result, _took(feedback.said, _meaning(before, result)))
+            same = np.array_equal(result.adapted.to_array(), self.current.to_array())
+            meaning = _meaning(before, result) + ("; nothing changes by that" if same else "")
+            result = _noting(result, _took(feedback.said, meaning))
         return Interpretation(result, kind, on)
 
     def _adapt(

@@ -12,7 +12,6 @@ from typing import Any, Literal
 
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import (
-    Aim,
     Arrive,
     Extend,
     Hover,
@@ -209,7 +208,7 @@ def _ends(first: Sequence[str], then: Sequence[str], way: str) -> bool:
 def stood_beside(reading: Reading, said: Sequence[Chunk]) -> Reading:
     """A reading with the side of a thing on which to wait or stop: "hover on its left", "wait in front of the gate".
 
-    In front of it is a little before it on the path.
+    To wait in front of it is to wait by it, or so far before it on the path.
 
     Args:
         reading: By whatever reader.
@@ -256,15 +255,14 @@ class _Beside:
 
     def beside(self, stop: Wait | Hover | StopAt) -> tuple[SemanticFrame, ...]:
         """A stop at the thing as one on this side of it."""
-        aim: Aim = "" if self.by else "short"
         if isinstance(stop, StopAt):
             if self.side == "front":
-                return (replace(stop, by=self.by, aim=aim),)
+                return (replace(stop, by=self.by, aim="" if self.by else "short"),)
             offset = ((self.side, self.by),)
             return (MoveEnd(end="goal", relation="to", place=self.name, offset=offset, words=stop.words),)
         wait = Wait(place=self.name, duration=stop.duration, words=stop.words)
         if self.side == "front":
-            return (replace(wait, by=self.by, aim=aim),)
+            return (replace(wait, by=self.by),)
         return Side(objects=(self.name,), direction=self.side, by=self.by, words=stop.words), wait
 
     def words(self, said: Sequence[Chunk]) -> set[str]:

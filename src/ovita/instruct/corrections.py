@@ -138,9 +138,40 @@ def other_halves(said: Remark) -> Iterator[Candidate]:
     """The other half of the path than was said: "no, the other half"."""
     pieces = [p for pair in pairwise(said.active) if [one.text for one in pair] in OTHER_PARTS for p in pair]
     for i, frame in enumerate(said.before if pieces else ()):
-        if frame.part.kind in ("first", "last"):
-            part = replace(frame.part, kind="last" if frame.part.kind == "first" else "first")
+        if frame.part.kind in OTHER_KIND:
+            part = replace(frame.part, kind=OTHER_KIND[frame.part.kind])
             yield Candidate((E.Restrict(on=said.on(i), part=part),), pieces, sure=True)
+
+
+OTHER_KIND = {"first": "last", "last": "first", "before": "after", "after": "before"}
+
+VERY = 0.1
+"""The share of a path that is its very end."""
+
+
+def very_ends(said: Remark) -> Iterator[Candidate]:
+    """Less of an end of the path than was taken: "only the very last bit"."""
+    ends = [p for p in said.active if p.concept in ("first", "last", "start", "goal")]
+    if "very" not in words_in(said.pieces) or not ends or any(map(_tells_more, said.active)):
+        return
+    for i, frame in enumerate(said.before):
+        if frame.part.kind in ("first", "last"):
+            part = PathPart(frame.part.kind, amount=VERY, unit="share")
+            rest = [*said.cued("only", "slight", "meant", "not"), *said.of("part", "slight", "large")]
+            yield Candidate((E.Restrict(on=said.on(i), part=part),), (*ends, *rest), sure=True)
+
+
+def places_instead(said: Remark) -> Iterator[Candidate]:
+    """Near a thing instead of where it was: "not there, at the fan", "not at the start, at the fan"."""
+    things, no = [p for p in said.active if p.items], said.cued("not", "except")
+    denied = [p for p in said.active if p.text == "there" or p.concept in ("start", "goal", "first", "last", "middle")]
+    names, more = _items(things), any(p.number or heading(p) for p in said.active)
+    i = next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
+    if i is None or more or len(names) != 1 or not denied or not no:
+        return
+    if said.active.index(denied[0]) < said.active.index(things[0]):
+        used = (*things, *denied, *no, *said.cued("meant", "only"), *said.of("near", "at", "around"))
+        yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
 
 
 OTHER_PARTS = (["other", "half"], ["other", "third"], ["other", "end"])

@@ -146,7 +146,9 @@ def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
 
 def is_called(frame: F.SemanticFrame, name: str) -> bool:
     """Whether a person would call a frame so: by its kind, one of its directions or its objects."""
-    return name in (name_of(frame), frame.NAME, *directions_of(frame), *frame.named)
+    kind, _, thing = name.partition(" ")
+    both = kind in (name_of(frame), frame.NAME) and thing in frame.named
+    return both or name in (name_of(frame), frame.NAME, *directions_of(frame), *frame.named)
 
 
 def chosen(frames: Sequence[F.SemanticFrame], on: str, fits: Callable[[F.SemanticFrame], object]) -> int | None:
@@ -191,6 +193,9 @@ def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
     i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, F.Smooth | F.Curve))
     if i is None:
         return frames
+    if isinstance(bare := frames[i], F.Clearance) and bare.distance.value == 0.0 and factor_of(edit) > 1.0:
+        more = F.Approach(sense="farther", objects=bare.objects, part=bare.part, degree="large", words=bare.words)
+        return _put_at(frames, i, more)
     frame = realised(frames[i], i, values)
     open_size = isinstance(frame, F.Figure) and not frames[i].quantities and _main_of(frame) not in frame.quantities
     if open_size or not set(slots(frame)) & set(frame.quantities):
@@ -288,7 +293,20 @@ def slot_for(frame: F.SemanticFrame, slot: str, unit: str) -> str:
     return next((name for name in taking if name in frame.quantities), taking[0] if taking else "")
 
 
+def _as_distance(edit: Set, frames: Frames) -> Frames | None:
+    """A length for how far off, where no person said how much farther: "make it 1.5 m" after "further from the bed"."""
+    i = chosen(frames, edit.on, lambda f: isinstance(f, F.Approach))
+    frame = None if i is None or edit.step or edit.quantity.unit != "m" else frames[i]
+    farther = isinstance(frame, F.Approach) and frame.sense == "farther"
+    if i is None or not isinstance(frame, F.Approach) or not farther or (frame.by is not None and frame.by.said):
+        return None
+    bound = replace(edit.quantity, role="at_least")
+    return _put_at(frames, i, F.Clearance(objects=frame.objects, distance=bound, part=frame.part, words=frame.words))
+
+
 def _set(edit: Set, frames: Frames, values: Values) -> Frames:
+    if (kept := _as_distance(edit, frames)) is not None:
+        return kept
     i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
     if i is None or not name:

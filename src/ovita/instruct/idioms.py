@@ -190,6 +190,8 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             "",
         ),
         (r"\bhover there\b", "wait there"),
+        (r"\bgo (?:further|farther) (?=(?:to the )?(?:left|right)\b)", "move further "),
+        (r"\bclimb (?=no |not |above\b|below\b|over \d|higher than\b)", "go "),
         (r"\b(?:up|over|out) there\b", "there"),
         (r"\b(?:and )?count to (?P<n>\w+)\b", r"for \g<n> seconds"),
         (
@@ -373,6 +375,11 @@ _NAMED: tuple[tuple[str, str], ...] = (
         r"(?: (?:across|past|by|over|along|through|around))? (?P<one>%s)(?: (?:like that|so (?:much|fast)))?",
         r"go slower near \g<one>",
     ),
+    (
+        rf"\b(?P<go>{_GO} (?:{_MUCH}|slightly )(?:higher|lower|slower|faster|quicker|wider|slowly|quickly)) past "
+        r"(?=%s)",
+        r"\g<go> near ",
+    ),
     (r"\b(?P<above>above|over) the (?:rim|top|lid|lip|brim|roof) of (?=%s)", r"\g<above> "),
     (
         rf"\b(?:come|go|fly|get|dip|drop|sink|move)(?: down| up)? to (?P<q>\S+ ?{_UNIT}) (?:above|over) (?P<one>%s)",
@@ -538,6 +545,15 @@ def with_place(text: str, place: str, scene: Scene) -> str:
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
     return _THERE.sub(lambda found: f"{found['do']} {place}", text)
+
+
+_THING = re.compile(r"\b(?:(?:the|that|this) (?:thing|object|one)|that|it)\b", re.IGNORECASE)
+
+
+def with_thing(text: str, name: str) -> tuple[str, ...]:
+    """An utterance with the name of the thing that it left open, in its place and at its end."""
+    asked = text.rstrip(" .!?")
+    return (_THING.sub(f"the {name}", asked, count=1), f"{asked} the {name}", f"{asked} from the {name}")
 
 
 def with_name(text: str, name: str, scene: Scene) -> str:

@@ -439,7 +439,8 @@ class Remark:
         if len(self.before) == 1:
             return ""
         frame, others = self.before[i], [f for k, f in enumerate(self.before) if k != i]
-        names_ = (name_of(frame), *directions_of(frame), *frame.named)
+        both = (f"{name_of(frame)} {thing}" for thing in frame.named)
+        names_ = (name_of(frame), *directions_of(frame), *frame.named, *both)
         return next((name for name in names_ if not any(is_called(f, name) for f in others)), names_[0])
 
 
