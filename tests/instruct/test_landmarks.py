@@ -1,5 +1,7 @@
 """Points of the compass: which directions they are in a frame, and that it is always shown first."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -81,7 +83,7 @@ def test_higher_on_the_way_to_where_it_ends_leaves_the_ends():
 
 def test_rows_are_told_by_their_height_and_one_that_is_left_out_is_cut_off():
     rows = [(0, 0, 2), (4, 0, 2), (4, 0, 1), (0, 0, 1), (0, 0, 0), (4, 0, 0)]
-    line = np.concatenate([np.linspace(a, b, 20) for a, b in zip(rows, rows[1:], strict=False)])
+    line = np.concatenate([np.linspace(a, b, 20) for a, b in itertools.pairwise(rows)])
     lawn = Trajectory(line[np.r_[True, (np.diff(line, axis=0) != 0.0).any(axis=1)]].astype(float), np.full(96, 0.5))
     top = understand("the top row 20 cm higher", Scene(()), lawn)
     assert top.outcome == "needs_confirmation" and top.reading.frames[0].part.until < 25
