@@ -444,11 +444,15 @@ class DialogueState:
         if len(edits) == 1 and isinstance(edits[0], Rescale):
             tuned = scaled(edits[0], feedback.frames, last.parameters)
             if tuned:
-                return self._noted(feedback, last, self._rerun(last, tuned), "knobs")
+                result = self._rerun(last, tuned)
+                between = self._halfway(feedback.said, _numbers(result)) if _in_between(feedback.said) else {}
+                return self._noted(feedback, last, self._rerun(result, between) if between else result, "knobs")
         if all(isinstance(edit, Rescale | Set) for edit in edits):
             result = self._adapt(last.instruction, last.original, after)
             stated = any(isinstance(edit, Set) or (isinstance(edit, Rescale) and edit.factor) for edit in edits)
-            halfway = {} if stated else self._halfway(feedback.said, _numbers(result))
+            halfway = (
+                {} if stated and not _in_between(feedback.said) else self._halfway(feedback.said, _numbers(result))
+            )
             return self._noted(feedback, last, self._rerun(result, halfway) if halfway else result, "knobs")
         words = _joined([last.instruction, feedback.said], "; ")
         return self._noted(feedback, last, self._adapt(words, last.original, after), "reworded")
@@ -459,7 +463,7 @@ class DialogueState:
         if len(steps) < 2 or steps[-1].kind != "knobs":
             return {}
         old, now = (_numbers(step.adaptation) for step in steps[-2:])
-        least = 0.0 if BETWEEN & {*said.lower().replace(".", " ").replace("half way", "halfway").split()} else -1e-9
+        least = 0.0 if _in_between(said) else -1e-9
         back = [k for k in new.keys() & old.keys() & now.keys() if (new[k] - old[k]) * (now[k] - old[k]) <= least]
         middle = {k: (old[k] + now[k]) / 2.0 for k in back if now[k] != old[k]}
         return {k: round(v) if isinstance(new[k], int) else float(f"{v:.3g}") for k, v in middle.items()}
@@ -592,6 +596,11 @@ def _joined(texts: Sequence[str], between: str = ". ") -> str:
     """What was said in several turns, for the record; the first of it where it gets too long."""
     text = between.join(text.strip().rstrip(".!?;, ") for text in texts)
     return text if len(text) <= MAX_INSTRUCTION else text[: MAX_INSTRUCTION - 3] + "..."
+
+
+def _in_between(said: str) -> bool:
+    """Whether less than all of the way back is wanted: "go back half way"."""
+    return not BETWEEN.isdisjoint(said.lower().replace(".", " ").replace("half way", "halfway").split())
 
 
 def _took(said: str, meaning: str) -> str:

@@ -213,8 +213,8 @@ def ends_kept(said: Remark) -> Iterator[Candidate]:
 
 def _staying(said: Remark, ends: Sequence[str]) -> list[Phrase]:
     """The pieces that say that ends stay, or that the one is the same as the other, which stays."""
-    if stay := [p for p in said.pieces if "keep" in p.cues or p.concept == "original"]:
-        return stay
+    if stay := [p for p in said.pieces if "keep" in p.cues]:
+        return [*stay, *(p for p in said.pieces if p.concept == "original")]
     kept = any(_stays_at(frame, *(F.OTHER_END[end] for end in ends)) for frame in said.before)
     return [p for p in said.active if "same" in p.text.split()] if kept and len(ends) == 1 else []
 

@@ -191,7 +191,7 @@ _NOT_SO = re.compile(
     re.IGNORECASE,
 )
 _TOP = re.compile(
-    r"\b(?:at|near|around|over|in) (?:the |its )?(?:very )?(?P<which>top|peak|apex|summit|bottom)(?! of)\b",
+    r"\b(?:at|near|around|over|in) (?:the |its )?(?:very )?(?P<which>top|peak|apex|summit|bottom)\b(?! of\b|,? no\b)",
     re.IGNORECASE,
 )
 BULGE, TOP, LEVEL = 0.3, 0.25, 0.05
