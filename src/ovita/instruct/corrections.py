@@ -85,13 +85,17 @@ def objects(said: Remark) -> Iterator[Candidate]:
         return
     near = said.of(*NEAR) if said.corrects else []
     used = (*new, *said.others, *near, *said.naming, *said.cued("not", "flip"))
-    several = _several(new)
-    named = _items(new) or said.alike(said.before[i])
-    items = named if several else tuple(name for name in named if name not in said.known)
-    if len(items) == 1 or several:
+    items = _new_items(said, new, said.before[i])
+    if len(items) == 1 or _several(new):
         yield Candidate((E.Replace(on=said.on(i), objects=items),), used)
     elif items:
         yield Candidate((), used, "Which one: " + " or ".join(map(repr, items)) + "?", items)
+
+
+def _new_items(said: Remark, new: Sequence[Phrase], frame: F.SemanticFrame) -> tuple[str, ...]:
+    """The objects that are meant instead: those named, of one kind only the new ones; else what the old is like."""
+    named = _items(new) or said.alike(frame)
+    return named if _several(new) else tuple(name for name in named if name not in said.known)
 
 
 def _is_besides(said: Remark) -> bool:
@@ -164,15 +168,17 @@ def very_ends(said: Remark) -> Iterator[Candidate]:
 def places_instead(said: Remark) -> Iterator[Candidate]:
     """Near a thing instead of where it was: "not there, at the fan", "not at the start, at the fan"."""
     things, no = [p for p in said.active if p.items], said.cued("not", "except")
-    denied = [p for p in said.active if p.text == "there" or p.concept in ("start", "goal", "first", "last", "middle")]
-    names, more = _items(things), any(p.number or heading(p) for p in said.active)
+    denied, names = [p for p in said.active if p.text == "there" or p.concept in ENDED], _items(things)
     i = next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
-    if i is None or more or len(names) != 1 or not denied or not no:
+    if i is None or len(names) != 1 or not denied or not no or any(p.number or heading(p) for p in said.active):
         return
     if said.active.index(denied[0]) < said.active.index(things[0]):
         used = (*things, *denied, *no, *said.cued("meant", "only"), *said.of("near", "at", "around"))
         yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
 
+
+ENDED = ("start", "goal", "first", "last", "middle")
+"""Concepts of places on a path that no thing names."""
 
 OTHER_PARTS = (["other", "half"], ["other", "third"], ["other", "end"])
 

@@ -191,10 +191,12 @@ class Catalog:
                 names.setdefault((head,), items[0])
             elif len(items) == 1 and is_filler(head) and head not in ROBOT:
                 names.setdefault(("the", head), items[0])  # "the leg" of a path, where no object has one
+        return self._the_person() | names
+
+    def _the_person(self) -> dict[tuple[str, ...], SceneObject]:
+        """The only person there is, by all words for one."""
         people = [item for item in self.scene if _is_person(item)]
-        for word in PEOPLE if len(people) == 1 else ():
-            names.setdefault(("the", word), people[0])  # the only one there is
-        return names
+        return {("the", word): people[0] for word in PEOPLE} if len(people) == 1 else {}
 
     def add_nicknames(self) -> None:
         """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""

@@ -426,9 +426,8 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
         _wait_beside(builder, item, frame, name, lasting, near)
         return
     promise = f"expect_stop(near={near})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
-    in_all = ", in_all=True" if stood and not frame.longer else ""
-    lasting += " in all" if in_all else ""
-    builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting} {words}.", promise)
+    in_all, told = (", in_all=True", " in all") if stood and not frame.longer else ("", "")
+    builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting}{told} {words}.", promise)
 
 
 def _wait_beside(builder: PolicyBuilder, item: SceneObject, frame: F.Wait, name: str, lasting: str, near: str) -> None:

@@ -299,15 +299,9 @@ def _facing(builder: PolicyBuilder, item: SceneObject) -> F.Direction:
 
 def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
     """Bring an end to a place, or so far beside an object."""
-    item = builder.item(frame.place)
-    level = ""
-    if item is not None and not frame.offset and any(_keeps_height(one) for one in builder.frames):
-        frame, level = replace(frame, aim=""), _at_own_level(builder, item, end)
-    elif item is not None and not (frame.aim or frame.offset) and is_a_body(item):
-        frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
-    if frame.aim in BESIDE and item is not None:
-        side = BESIDE[frame.aim] or _facing(builder, item)
-        frame = replace(frame, aim="", offset=((side, frame.by),))
+    item, level = builder.item(frame.place), ""
+    if item is not None:
+        frame, level = _end_at(builder, frame, item, end)
     place, words = aimed(builder, frame.place, frame.aim)
     for said, q in frame.offset:
         direction = builder.word(said)
@@ -319,6 +313,19 @@ def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:
         name = builder.knob(f"{end}_{direction}", value, "to", meaning, said, about=about, direction=direction)
         place, words = f"{place}, {direction}={name}", f"{value:g} m {OF[direction]} {words}"
     _move_end(builder, end, f"{place}{level}", f"Move the {end} to {words}", f"{place}{level}")
+
+
+def _end_at(builder: PolicyBuilder, frame: F.MoveEnd, item: SceneObject, end: str) -> tuple[F.MoveEnd, str]:
+    """An end at an object as one beside it or at its own height, with the arguments that say the height."""
+    level = ""
+    if not frame.offset and any(_keeps_height(one) for one in builder.frames):
+        frame, level = replace(frame, aim=""), _at_own_level(builder, item, end)
+    elif not (frame.aim or frame.offset) and is_a_body(item):
+        frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
+    if frame.aim in BESIDE:
+        side = BESIDE[frame.aim] or _facing(builder, item)
+        frame = replace(frame, aim="", offset=((side, frame.by),))
+    return frame, level
 
 
 def _keeps_height(frame: F.SemanticFrame) -> bool:

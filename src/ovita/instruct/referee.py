@@ -335,6 +335,11 @@ def judged(
     if not found.candidates or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         guessed = all(chunk.kind in UNKNOWN for chunk in said) and not (learned and learned.asks)
         return replace(_unread(rules, F.Reading() if guessed else learned), rules=rules, learned=learned)
+    return _decided(said, rules, learned, found)
+
+
+def _decided(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None, found: Readings) -> Understanding:
+    """The verdict on the likelier of two readings, as they are weighed."""
     by, reading, confidence = found.likeliest()
     unplaced, sure = _unplaced(said, rules), found.sure(by, confidence)
     by = "both" if _agree(rules, learned) else by  # also where the rules leave a word

@@ -237,7 +237,8 @@ def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | 
     if len(fitting) != 1:
         return None
     is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
-    return Referent(None, (fitting[0],)) if is_head or determined or not concept_at((word,), 0)[0] else None
+    meant = is_head or determined or not concept_at((word,), 0)[0]
+    return Referent(None, (fitting[0],)) if meant else None
 
 
 def _compounds(word: str, catalog: Catalog) -> list[str]:
