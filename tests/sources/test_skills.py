@@ -210,10 +210,10 @@ def test_what_cannot_be_generated_is_said(wrong):
 
 
 def test_more_that_cannot_be_done_is_said():
-    with pytest.raises(RequestError, match="'mug' is no place"):
-        learn([reaching(1), reaching(2)]).generate(goal="mug")
-    with pytest.raises(UnknownObject, match="'mug'"):
-        learn([reaching(1), reaching(2)], frames=("mug",))
+    with pytest.raises(RequestError, match="'violin' is no place"):
+        learn([reaching(1), reaching(2)]).generate(goal="violin")
+    with pytest.raises(UnknownObject, match="'violin'"):
+        learn([reaching(1), reaching(2)], frames=("violin",))
     with pytest.raises(RequestError, match="no via-points"):
         learn(demonstrations(2), "dmp").generate(via={0.5: MIDDLE})
     with pytest.raises(RequestError, match="a dmp has no task frames"):

@@ -23,6 +23,7 @@ from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.paths.part import PathPart, outside
 from ovita.text import quoted
 
+PLACED_AT = ("in", "at", "on", "along", "inside")
 UNKNOWN = frozenset("unknown filler comma dot and".split())
 """Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
 
@@ -395,23 +396,13 @@ def _above_lost(it: Facts) -> str:
 
 def _pointed(it: Facts) -> str:
     """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
-    if any(map(_is_placed, it.frames)):
+    if any(map(F.says_where, it.frames)):
         return ""
     clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
     if clause is not None and not all(_elsewhere(frame, [clause]) for frame in it.frames):
         return f"{it.word({'there'})} points at a place that nothing names."
-    strange = (word.text for at, word in pairwise(it.row) if at.kind in STANDING and word.kind == "unknown")
+    strange = (word.text for at, word in pairwise(it.row) if at.kind in PLACED_AT and word.kind == "unknown")
     return next((f"{where!r} is no place that is known." for where in strange), "")
-
-
-def _is_placed(frame: F.SemanticFrame) -> bool:
-    """Whether a frame says where, or is of the whole path: "get there in 12 seconds"."""
-    lasts = any(q.unit == "s" for q in frame.quantities.values())
-    local = isinstance(frame, F.Pace | F.Shift | F.Height | F.Smooth | F.Approach)
-    return lasts or bool(frame.named or frame.part or not local)
-
-
-STANDING = ("in", "at", "on", "along", "inside")
 
 
 def _without_unit(it: Facts) -> str:
@@ -639,10 +630,11 @@ def _bounds(frame: F.SemanticFrame) -> set[str]:
 
 
 def _opposite(claim: str | PathPart) -> str | PathPart:
-    return outside(claim) if isinstance(claim, PathPart) else OTHER_BOUND.get(claim) or OPPOSITE[claim]
-
-
-OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}
+    return (
+        outside(claim)
+        if isinstance(claim, PathPart)
+        else {"at_least": "at_most", "at_most": "at_least"}.get(claim) or OPPOSITE[claim]
+    )
 
 
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:

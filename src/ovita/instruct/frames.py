@@ -501,6 +501,13 @@ def _selected(part: PathPart, selection: PathPart) -> PathPart:
     return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts))
 
 
+def says_where(frame: SemanticFrame) -> bool:
+    """Whether a frame says where, or is of the whole path: "get there in 12 seconds"."""
+    lasts = any(q.unit == "s" for q in frame.quantities.values())
+    local = isinstance(frame, Pace | Shift | Height | Smooth | Approach)
+    return lasts or bool(frame.named or frame.part or not local)
+
+
 def held_by(frame: SemanticFrame) -> set[float]:
     """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
     amounts = frame.quantities.values()
