@@ -179,15 +179,17 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
         ),
         (r"\bat (?:the )?begin\b", "at the beginning"),
         (
-            r"\b(?:right |just |directly )?after (?:you|it|he|she)(?:'ve|'s| have| has)? "
-            r"(?:picked|grabbed|gripped|taken|got) (?:it|them|the \w+)(?: up)?\b(?: before moving on)?",
-            "at the pick-up",
+            rf"(?P<wait>\b(?:{_STAND}|hang|linger)\b[^.;!?]*?) (?:right |just |directly )?after (?:you|it|he|she)"
+            r"(?:'ve|'s| have| has)? (?:picked|grabbed|gripped|taken|got) (?:it|them|the \w+)(?: up)?\b"
+            r"(?: before moving on)?",
+            r"\g<wait> at the pick-up",
         ),
-        (  # what the limits see to anyway
+        (  # what the limits see to anyway where a thing is passed; who goes to it and is not to touch it says more
+            rf"(?P<pass>\b(?:{_BY}|over|around|round|past|under|below|closer|nearer|higher|lower)\b[^.;!?]*?)"
             r",? ?\b(?:but|and|so(?: that)?)(?: (?:it|you|we|he|she|they))? "
             rf"(?:don'?t|do not|does not|doesn'?t|not|won'?t|without) {_BUMP}(?:ing)?(?: into| over| against)? "
             r"(?:it|them|him|her|anything|anyone)\b(?:,? (?:ok|okay)\b)?",
-            "",
+            r"\g<pass>",
         ),
         (r"\bhover there\b", "wait there"),
         (r"\bgo (?:further|farther) (?=(?:to the )?(?:left|right)\b)", "move further "),
@@ -393,10 +395,10 @@ _NAMED: tuple[tuple[str, str], ...] = (
 
 
 _COMPLAINT = re.compile(
-    r"^(?P<lead>\W*)(?:it|this|that|he|she|you|the (?:robot|arm|drone|rover|thing|machine))"
+    r"^(?P<lead>\W*)(?P<who>it|this|that|he|she|you|the (?:robot|arm|drone|rover|thing|machine))"
     r"(?: (?:always|really|just|practically|sort of|kind of|still))? "
     r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag)"
-    r"|(?P<how>jerk|jolt|shak|wobbl|rattl|judder|stutter|sway))(?:e?s|ing)?"
+    r"|(?P<how>jerk|jolt|shak|wobbl|rattl|judder|stutter|sway))(?P<form>e?s|e|ing)?"
     r"(?: (?:off|away|along|through))?\b(?P<where>[^.,;!?]*)(?P<rest>.*)$",
     re.IGNORECASE | re.DOTALL,
 )
@@ -406,6 +408,8 @@ _REMEDY = re.compile(r"\b(?:slow|fast|quick|gent|pace|speed|hurry|easy|calm|soft
 def _complained(found: re.Match[str]) -> str:
     """What is to be done about a speed that somebody complains of: what they say themselves, or the opposite of it."""
     rest = found["rest"].lstrip(" .,;!?")
+    if found["who"].lower() != "you" and found["form"] not in ("s", "es", "ing"):
+        return found[0]  # "that crawl space"
     if found["how"]:
         return found["lead"] + rest if rest else found[0]
     if _REMEDY.search(rest) and not re.search(r"\bthere\b", rest, re.IGNORECASE):
