@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container
+from functools import cache
 
 from ovita.instruct.objects import head_of
 from ovita.paths.scene import Scene
@@ -427,9 +428,16 @@ def plainer(text: str, scene: Scene) -> str:
     for said, meant in _SAID:
         text = said.sub(meant, text)
     text = _numbered(_COMPLAINT.sub(_complained, text), scene)
-    for one, meant in _NAMED if scene.names else ():
-        text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
+    for loosely, one, meant in _about_names() if scene.names else ():
+        if loosely.search(text):  # the patterns of a scene's names are many, and take long to compile
+            text = re.sub(one.replace("%s", _names(scene)), meant, text, flags=re.IGNORECASE)
     return text
+
+
+@cache
+def _about_names() -> tuple[tuple[re.Pattern[str], str, str], ...]:
+    """The turns of phrase about objects, each with a pattern that takes anything for their names."""
+    return tuple((re.compile(one.replace("%s", r"\S.*?"), re.IGNORECASE), one, meant) for one, meant in _NAMED)
 
 
 _COUNTS = ("one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
