@@ -140,6 +140,17 @@ def test_the_answer_to_which_object_completes_the_instruction():
     assert session.current.speeds[[10, 30]] == pytest.approx([0.4, 0.2])
 
 
+def test_the_answer_to_which_of_a_sort_or_to_what_completes_the_instruction():
+    objects = (SceneObject("buffalo", [-0.4, 0.5, 0.3]), SceneObject("ridgeback", [0.4, 1.5, 0.3]))
+    session = Session(PATH, Scene(objects), writer="builtin")
+    assert session.say("slow down near the animal").status == "needs_clarification"
+    assert session.say("the buffalo").usable
+    assert (session.current.speeds < 0.25).any()
+    session = Session(PATH, Scene(objects), writer="builtin")
+    assert session.say("keep clear of the thing").status == "needs_clarification"
+    assert session.say("the ridgeback").usable
+
+
 def test_what_is_near_moves_along_with_the_shift():
     session = after(("go left by 0.2 and slow down near the cup",)).draft()
     session.say("make the shift 0.5")

@@ -27,6 +27,7 @@ from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
 from ovita.instruct.frames import SPOTS, Keep, Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
 from ovita.instruct.idioms import with_name, with_place, with_thing
+from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
@@ -313,8 +314,8 @@ class DialogueState:
         named = named_objects(said, self.now.scene) if self.asked and self._offline else ()
         if len(named) != 1:
             return ()
-        name, head = named[0].name, _head(named[0].name)
-        rest = tuple(item for item in self.now.scene if item.name == name or _head(item.name) != head)
+        name, called = named[0].name, _called(named[0].name)
+        rest = tuple(item for item in self.now.scene if item.name == name or called.isdisjoint(_called(item.name)))
         reading = self._read(self.asked, scene=replace(self.now.scene, objects=rest))
         told = (self._read(text) for text in with_thing(self.asked, name))
         about = (one for one in (reading, *told) if any(name in frame.named for frame in one.frames))
@@ -571,9 +572,10 @@ def _is_certain(reading: Reading) -> bool:
     return bool(reading.frames) and not (reading.unread or reading.question)
 
 
-def _head(name: str) -> str:
-    """The kind of thing that a name names: "cup" of "blue cup"."""
-    return canonical(name).split()[-1]
+def _called(name: str) -> frozenset[str]:
+    """What a thing may be called that a name names: "cup" of "blue cup", "animal" of a buffalo."""
+    words = canonical(name).split()
+    return sorts_of(words) | {words[-1]}
 
 
 def _frames_of(results: Sequence[Adaptation]) -> tuple[SemanticFrame, ...]:

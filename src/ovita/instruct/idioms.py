@@ -193,6 +193,8 @@ _SAID: tuple[tuple[re.Pattern[str], str | Callable[[re.Match[str]], str]], ...] 
             r"\g<pass>",
         ),
         (r"\bhover there\b", "wait there"),
+        (r"^\W*on second thoughts?,? ", ""),
+        (r"^.*\bthe first (?:amount|one|distance|version|value|try) was (?:better|fine|good|ok|okay)\W*$", "undo that"),
         (r"\bgo (?:further|farther) (?=(?:to the )?(?:left|right)\b)", "move further "),
         (r"\bclimb (?=no |not |above\b|below\b|over \d|higher than\b)", "go "),
         (r"\b(?:up|over|out) there\b", "there"),

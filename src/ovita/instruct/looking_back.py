@@ -14,6 +14,7 @@ from typing import Literal, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
+from ovita.instruct.amounts import limits
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, directions_of, slots
 from ovita.instruct.frames import name_of
@@ -180,10 +181,13 @@ class Retrospect:
 
     def _compares(self, words: Sequence[str]) -> bool:
         """Whether words are little more than a comparative: "a bit slower"."""
-        first = next((piece for piece in self.said.active if piece.text not in DETERMINERS), None)
+        first = next((piece for piece in self.said.active if piece.text not in LEADING), None)
         short = len(words) <= SHORT and first is not None and first.content
         return short and any(word.endswith("er") or word in ("more", "less") for word in words)
 
+
+LEADING = DETERMINERS | {"haha", "hehe", "lol"}
+"""Words before a comparative that say nothing of what it is about."""
 
 EXPLAINING = E.Command(command="explain")
 
@@ -304,7 +308,7 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
 
 def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
     """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
-    mere = _only(edits, E.Also) and not it.said.adds
+    mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and limits(it.said))
     against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said)
     return mere or against or _idle(edits, it.said.before)
 
