@@ -230,6 +230,11 @@ def _stop_there(reading: Reading, said: Sequence[Chunk], name: str) -> Wait | Ho
     still = [frame for frame in reading.frames if isinstance(frame, Wait | Hover | StopAt) and name in frame.named]
     if still:
         return still[0] if len(still) == 1 else None
+    return _halt_said(reading, said, name)
+
+
+def _halt_said(reading: Reading, said: Sequence[Chunk], name: str) -> Wait | StopAt | None:
+    """The one stop that is said and not read, where a thing is passed; None for others."""
     halts = [chunk for chunk in said if chunk.kind in HALTING]
     passed = [frame for frame in reading.frames if _passes(frame, name)]
     if not passed or len(halts) != 1 or halts[0].text not in reading.unread:
