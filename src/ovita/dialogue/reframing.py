@@ -211,7 +211,8 @@ class DialogueState:
     def named(self, said: str) -> str:
         """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
         there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self._results else ()
-        parts = {frame.part for result in self._results[-1:] for frame in result.frames if frame.part}
+        parts = [frame.part for result in self._results[-1:] for frame in result.frames if frame.part]
+        parts = [part for i, part in enumerate(parts) if part not in parts[:i]]
         changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
         if len(parts) == len(changed) == 1:
             said = with_place(said, changed[0].words(), self.now.scene)
