@@ -188,7 +188,7 @@ def _set(session: Session, rest: str) -> None:
 
 
 def _undo(session: Session) -> str:
-    last = session.steps[-1].said if session.steps else ""
+    last = session.steps[-1].said if session.history.steps else ""
     return f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."
 
 
@@ -205,7 +205,8 @@ def _objects(session: Session) -> str:
 
 def _last(session: Session) -> Any:
     if session.adaptation is None:
-        raise RequestError("there is no result yet; say what should change first")
+        undone = "the path is as it was at first: say what should change, or /redo" if session.history.steps else ""
+        raise RequestError(undone or "there is no result yet; say what should change first")
     return session.adaptation
 
 

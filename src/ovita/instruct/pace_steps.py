@@ -68,7 +68,33 @@ def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFra
     told = [one for one in frame.part.parts if frame.part.kind == "both" and one.kind == "before"]
     if told and frame.part == both(told[0], outside(PathPart("after", told[0].places))):  # "until the cup, then ..."
         frame = replace(frame, part=told[0])
-    return replace(frame, part=_along_it(builder, frame, _on_the_way(builder, frame)))
+    frame = replace(frame, part=_along_it(builder, frame, _on_the_way(builder, frame)))
+    return _unshared(builder, frame) if isinstance(frame, F.Pace) else frame
+
+
+def _unshared(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
+    """Slower near one thing and near another one is not slower twice where both are near: the stronger holds there."""
+    mine, mask = _factor_near(frame), builder.waypoints(frame.part)
+    if mine is None:
+        return frame
+    earlier = True
+    for other in builder.frames:
+        earlier = earlier and other.part != frame.part
+        theirs = _factor_near(other) if isinstance(other, F.Pace) and other.part != frame.part else None
+        if theirs is None or other.change != frame.change:
+            continue
+        shared = builder.waypoints(other.part) & mask
+        weaker = abs(theirs - 1.0) > abs(mine - 1.0) or (earlier and theirs == mine)
+        if weaker and shared.any() and not shared[mask].all():
+            frame = replace(frame, part=both(frame.part, outside(other.part)))
+    return frame
+
+
+def _factor_near(frame: F.Pace) -> float | None:
+    """The factor on the speed that is asked for near a thing; None of other changes and other parts."""
+    if frame.change not in ("faster", "slower") or frame.part.kind != "near":
+        return None
+    return frame.factor if frame.amount is not None else (SLOWER if frame.change == "slower" else FASTER)[degree(frame)]
 
 
 def _along_it(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
