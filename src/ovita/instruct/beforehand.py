@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 
 from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals, moved_ends
+from ovita.instruct.asides import without_asides
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import UNKNOWN
 from ovita.instruct.idioms import plainer, without_cargo, without_now
@@ -23,11 +25,38 @@ def put_plainly(text: str, scene: Scene, positions: Array | None, *, first: bool
 
     The first one about a path says nothing of what was done to it.
     """
+    text = without_asides(text, scene, first=first)
     text = not_so_high(without_now(text, scene), scene, positions) if first else text
     text, points = on_axes(repaired(plainer(without_cargo(written_out(text), scene), scene), scene, positions), scene)
-    text = by_stops(text, scene, positions)
+    text = by_stops(_all_but(text, scene, positions), scene, positions)
     text, stretches = by_number(text, scene, positions)
     return text, " ".join(filter(None, (points, stretches)))
+
+
+def _all_but(text: str, scene: Scene, positions: Array | None) -> str:
+    """An utterance with the names of all objects but some: "20 cm from everything except the box"."""
+    said = [chunk for chunk in chunks(text, scene, positions)[0] if chunk.kind not in ("filler", "here", "there")]
+    for i, chunk in enumerate(said):
+        if chunk.kind != "except" or i == 0:
+            continue
+        first = next((k for k in range(i - 1, max(i - 5, -1), -1) if _is_all(said[k], scene)), i)
+        apart = first < i or (chunk.text.lower().startswith(EVERYTHING) and said[i - 1].kind in APART)
+        excepted = list(takewhile(lambda one: one.kind in ("OBJ", "and", "comma"), said[i + 1 :]))
+        while excepted and excepted[-1].kind != "OBJ":
+            excepted.pop()
+        others = [name for name in scene.names if not any(name in one.names for one in excepted)]
+        if apart and excepted and others and len(others) < len(scene):
+            begin, end = said[first].span[0], excepted[-1].span[1]
+            return f"{text[:begin]}{' and '.join(f'the {name}' for name in others)}{text[end:]}"
+    return text
+
+
+def _is_all(chunk: Chunk, scene: Scene) -> bool:
+    return (chunk.kind == "OBJ" and len(chunk.names) == len(scene) > 1) or chunk.text.lower() in EVERYTHING
+
+
+EVERYTHING = ("everything", "anything", "all")
+APART = ("from", "than", "to")
 
 
 def heard_apart(

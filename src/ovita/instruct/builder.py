@@ -415,6 +415,8 @@ def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:
     within = bool((span | ~inside).all()) and arc_length(path[span])[-1] > apart.min() / 2.0
     if not np.isfinite(apart).any() or across[inside].mean() > LEADS or within:
         return part  # from the one to the other
+    for a, b in runs(~inside):  # a gap of a few waypoints is none
+        inside[a : b + 1] |= 0 < a and b < len(path) - 1 and b - a < HOLE
     builder.assume(f"{part.words()} is {listed([waypoints(a, b) for a, b in runs(inside)])}")
     return PathPart("indices", ranges=tuple(runs(inside)), count=len(path))
 
@@ -422,8 +424,9 @@ def _led_between(builder: PolicyBuilder, part: PathPart) -> PathPart:
 FACING, LEADS = -0.5, 0.5
 """The cosine from which on a waypoint has two objects on two sides, and that by which a path leads to one of them."""
 
-BY = 1.25
-"""How many times as wide as the narrowest a gap between two objects may be to be the gap, too."""
+BY, HOLE = 1.25, 3
+"""How many times as wide as the narrowest a gap between two objects may be to be the gap, too, and the fewest
+waypoints that are none of it in between."""
 
 
 def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPart:
@@ -455,7 +458,8 @@ def _high_over(builder: PolicyBuilder, item: SceneObject, usual: float) -> PathP
     there = int(aside.argmin())
     if rise[there] <= 0.0 or item.core(path).depth(path)[there] <= usual:
         return None
-    near = (aside <= builder.scale.near(level, item)) & ~stays(builder.trajectory.to_array())
+    near = aside <= builder.scale.near(level, item)
+    near[[0, -1]] = False
     first, last = next((run for run in runs(near) if run[0] <= there <= run[1]), (0, 0))
     if first == last:
         return None

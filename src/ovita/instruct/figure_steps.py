@@ -282,7 +282,7 @@ def straighten(builder: PolicyBuilder, frame: F.Straighten) -> None:
         plan = "Go in a straight line between start and goal."
         builder.add("traj = straighten(traj)", plan, promise, ends=builder.stay())
         return
-    part = resolved(builder, frame.part)
+    part = _from_to(builder, frame.part)
     chosen = np.flatnonzero(builder.waypoints(part))
     if len(chosen) < 2:
         builder.ask(f"A straight line needs two waypoints {part.words()}: from where to where?")
@@ -291,6 +291,16 @@ def straighten(builder: PolicyBuilder, frame: F.Straighten) -> None:
     inside = b - a + 1 < len(builder.trajectory)
     rest = builder.rest_stays(f"between(original, {a}, {b})") if inside else ""
     builder.add(f"traj = straighten(traj, {a}, {b})", f"Go in a straight line {part.words()}.", rest)
+
+
+def _from_to(builder: PolicyBuilder, part: PathPart) -> PathPart:
+    """A part to go straight in; from one object to another, it is from where the path is nearest to the one."""
+    items = [builder.item(place) for place in part.places if isinstance(place, str)]
+    path = builder.trajectory.positions
+    ends = sorted(int(item.core(path).depth(path).argmin()) for item in items if item is not None)
+    if part.kind != "between" or len(ends) != 2 or ends[1] - ends[0] < 2:
+        return resolved(builder, part)
+    return PathPart("range", amount=float(ends[0]), until=float(ends[1]))
 
 
 def _is_seen(builder: PolicyBuilder) -> bool:

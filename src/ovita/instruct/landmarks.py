@@ -220,7 +220,7 @@ _START_HEIGHT = re.compile(
     r"|\b(?:at|to) (?:the )?height (?:of|at) the (?:start|beginning)\b|\b(?:at|to) its start(?:ing)? height\b",
     re.IGNORECASE,
 )
-_PUT_ASIDE = re.compile(r"\bput-down (?P<by>.+?) further (?P<way>left|right)\b", re.IGNORECASE)
+_PUT_ASIDE = re.compile(r"\bput-down (?P<by>.+?) further (?P<way>left|right|lower|higher)\b", re.IGNORECASE)
 _WAITS = re.compile(r"\b(?:wait|pause|hold|hover|stop|stay)", re.IGNORECASE)
 DRAWN_BACK, LAST_OF = 0.25, 0.25
 """The most of a path that is no more than its drawing back, and what share of the way to a stop is coming down."""
@@ -345,11 +345,14 @@ class _Stops:
     def put_aside(self, found: re.Match[str]) -> str:
         """That something is set down further aside: the stop, half the way to it and what draws back from there."""
         aside = f"{found['by']} further {found['way']}"
-        if not self.draws_back:
+        if not self.draws_back and len(self.at) < 2:
             return f"end {aside}"
         s, before = arc_length(self.positions), self.at[-2][1] if len(self.at) > 1 else 0
         begin = int(np.searchsorted(s, (s[before] + s[self.at[-1][0]]) / 2.0))
-        return f"go {aside} from waypoint {begin + 1} on"
+        if self.draws_back:
+            return f"go {aside} from waypoint {begin + 1} on"
+        end = int(np.searchsorted(s, (s[self.at[-1][1]] + s[-1]) / 2.0))
+        return f"go {aside} from waypoint {begin + 1} to waypoint {end + 1}"
 
     def put_down(self, waits: bool) -> str:
         """Where something is set down: the end, or the last stop if the path but draws back from it upwards.

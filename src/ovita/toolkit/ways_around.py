@@ -41,6 +41,9 @@ CORNER = np.radians(20.0)
 FARTHER = 2.0
 """How much farther an end may go than it is deep in a body."""
 
+KEEPS = 0.95
+"""The least length of a way around that is drawn taut, as a share of the path's."""
+
 PULLS, COARSE = 60, 16
 """How often a band is pulled taut, first with at most so many points."""
 
@@ -76,6 +79,7 @@ def _kept_out(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask
         return bent
     taut = _taut(bent, path, bodies, up)
     legal = (_gaps(taut, bodies) >= -1e-6).all() and (lengths(taut[fixed] - path[fixed]) <= ROUNDING).all()
+    legal &= arc_length(taut)[-1] >= KEEPS * arc_length(path)[-1]  # a shorter one drew out turns that are the path's own
     return taut if legal and _unrest(taut, path) < _unrest(bent, path) else bent
 
 

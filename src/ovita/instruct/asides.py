@@ -1,0 +1,76 @@
+"""What people say besides what they want: reasons and stories, which no reader need see."""
+
+from __future__ import annotations
+
+import re
+
+from ovita.instruct.chunks import chunks
+from ovita.instruct.lexicon import DETERMINERS
+from ovita.paths.scene import Scene
+
+_SOMEBODY = (
+    r"(?:I(?!\.)|she|he|they|nobody|no one|somebody|someone|people|everyone|everybody"
+    r"|we(?= (?:only|never|already)|'ve|'re(?! done| there| good)))"
+)
+_TELLING = re.compile(rf"^\W*(?:(?:and|but|because|since|as) )?{_SOMEBODY}(?:'\w+)?\b", re.IGNORECASE)
+_NAMING = re.compile(r"^\W*(?:the|my|our|your|their|his|her|these|those)\s+(?=\w)", re.IGNORECASE)
+_WISHING = re.compile(
+    r"\b(?:should|shall|must|needs?|needed|(?:has|have|had|got) to|wants?|wanted|wanna|would|wish|like|love|prefer"
+    r"|please|let|let's|can you|could|rather|better|too|means?|meant|says?|said|told|asked|think|expect|supposed|may"
+    r"|might|instead|happy|glad|feel|hope|ok|okay|fine|won't have|accept|agree|return|rescind|undo|redo|withdraw|cancel|retract"
+    r"|regret|take|choose|pick|confirm|approve|reject|refuse|in mind)\b|'d\b|\bnot\b.*\bbut\b",
+    re.IGNORECASE,
+)
+_SO = r"so\b(?! (?:that|as|far|long|much|close|fast|slow|high|low|many|to)\b)"
+_BREAKS = re.compile(rf"((?<=[\w)])[,;:]\s+|(?<=[.!?])\s+|(?<=\w)\s+(?={_SO}))", re.IGNORECASE)
+_POINTING = re.compile(r"\b(?:it|its|them|him|her|there|that|this|those|these|one|ones)\b", re.IGNORECASE)
+
+
+def without_asides(text: str, scene: Scene, *, first: bool) -> str:
+    """An utterance without clauses that only tell how things are: "the stretchers come through on the left".
+
+    Somebody does something in them, or a thing that nobody knows is somehow, and nothing is wished. One that names an
+    object stays where the rest may point at it, and so do all where nothing else is said.
+
+    Args:
+        text: As it was said or typed.
+        scene: With the names of objects.
+        first: Whether it is the first about a path; what follows may tell of what came of that ("the sign is wrong").
+    """
+    begun, *more = _BREAKS.split(text)
+    clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
+    told = [(first or bool(before)) and _tells(clause, first and "," not in before, scene) for before, clause in clauses]
+    if not any(told) or all(told):
+        return text
+    named = any(tells and _names(clause, scene) for (_, clause), tells in zip(clauses, told, strict=True))
+    rest = "".join(
+        _end(clause) if tells else before + clause for (before, clause), tells in zip(clauses, told, strict=True)
+    )
+    rest = re.sub(r"(?<=[.!?])[.!?]+", "", rest)
+    rest = re.sub(r"^[\W_]*(?:so\b,?\s*)?", "", rest, flags=re.IGNORECASE)
+    return text if not re.search(r"\w{2}", rest) or (named and _POINTING.search(rest)) else rest
+
+
+def _end(clause: str) -> str:
+    """What ends a sentence with a clause that is left out."""
+    return clause[-1] if clause[-1:] in (".", "!", "?") else ""
+
+
+def _tells(clause: str, begins: bool, scene: Scene) -> bool:
+    """Whether a clause tells what somebody does, or begins one about what is neither an object nor the path."""
+    if _WISHING.search(clause):
+        return False
+    if _TELLING.search(clause):
+        return not any(chunk.kind in AMOUNTS for chunk in chunks(clause, scene)[0])  # "I'm talking twenty feet"
+    if not begins or not _NAMING.search(clause) or len(clause.split()) < 4:
+        return False
+    plain = re.sub(r"'(?:s|re|ve|ll)\b", "", clause)
+    said = [chunk for chunk in chunks(plain, scene)[0] if chunk.text.lower() not in DETERMINERS]
+    return bool(said) and said[0].kind == "unknown"
+
+
+AMOUNTS = ("Qm", "Qv", "Qpc", "Qx")
+
+
+def _names(clause: str, scene: Scene) -> bool:
+    return any(chunk.kind == "OBJ" for chunk in chunks(clause, scene)[0])
