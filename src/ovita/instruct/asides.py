@@ -17,8 +17,8 @@ _NAMING = re.compile(r"^\W*(?:the|my|our|your|their|his|her|these|those)\s+(?=\w
 _WISHING = re.compile(
     r"\b(?:should|shall|must|needs?|needed|(?:has|have|had|got) to|wants?|wanted|wanna|would|wish|like|love|prefer"
     r"|please|let|let's|can you|could|rather|better|too|means?|meant|says?|said|told|asked|think|expect|supposed|may"
-    r"|might|instead|happy|glad|feel|hope|ok|okay|fine|won't have|accept|agree|return|rescind|undo|redo|withdraw|cancel|retract"
-    r"|regret|take|choose|pick|confirm|approve|reject|refuse|in mind)\b|'d\b|\bnot\b.*\bbut\b",
+    r"|might|instead|happy|glad|feel|hope|ok|okay|fine|won't have|accept|agree|return|rescind|undo|redo|withdraw|cancel"
+    r"|retract|regret|take|choose|pick|confirm|approve|reject|refuse|in mind)\b|'d\b|\bnot\b.*\bbut\b",
     re.IGNORECASE,
 )
 _SO = r"so\b(?! (?:that|as|far|long|much|close|fast|slow|high|low|many|to)\b)"
@@ -39,7 +39,9 @@ def without_asides(text: str, scene: Scene, *, first: bool) -> str:
     """
     begun, *more = _BREAKS.split(text)
     clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
-    told = [(first or bool(before)) and _tells(clause, first and "," not in before, scene) for before, clause in clauses]
+    told = [
+        (first or bool(before)) and _tells(clause, first and "," not in before, scene) for before, clause in clauses
+    ]
     if not any(told) or all(told):
         return text
     named = any(tells and _names(clause, scene) for (_, clause), tells in zip(clauses, told, strict=True))

@@ -9,13 +9,14 @@ from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals, moved_ends
 from ovita.instruct.asides import without_asides
 from ovita.instruct.chunks import DOING, Chunk, chunks
-from ovita.instruct.contradictions import UNKNOWN
+from ovita.instruct.facts import UNKNOWN
 from ovita.instruct.idioms import plainer, without_cargo, without_now
 from ovita.instruct.landmarks import by_number, by_stops, not_so_high, on_axes
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
+from ovita.limits.problem import is_support
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -35,24 +36,25 @@ def put_plainly(text: str, scene: Scene, positions: Array | None, *, first: bool
 
 def _all_but(text: str, scene: Scene, positions: Array | None) -> str:
     """An utterance with the names of all objects but some: "20 cm from everything except the box"."""
+    things = [item.name for item in scene if not is_support(item)]
     said = [chunk for chunk in chunks(text, scene, positions)[0] if chunk.kind not in ("filler", "here", "there")]
     for i, chunk in enumerate(said):
         if chunk.kind != "except" or i == 0:
             continue
-        first = next((k for k in range(i - 1, max(i - 5, -1), -1) if _is_all(said[k], scene)), i)
+        first = next((k for k in range(i - 1, max(i - 5, -1), -1) if _is_all(said[k], things)), i)
         apart = first < i or (chunk.text.lower().startswith(EVERYTHING) and said[i - 1].kind in APART)
         excepted = list(takewhile(lambda one: one.kind in ("OBJ", "and", "comma"), said[i + 1 :]))
         while excepted and excepted[-1].kind != "OBJ":
             excepted.pop()
-        others = [name for name in scene.names if not any(name in one.names for one in excepted)]
-        if apart and excepted and others and len(others) < len(scene):
+        others = [name for name in things if not any(name in one.names for one in excepted)]
+        if apart and excepted and 0 < len(others) < len(things):
             begin, end = said[first].span[0], excepted[-1].span[1]
             return f"{text[:begin]}{' and '.join(f'the {name}' for name in others)}{text[end:]}"
     return text
 
 
-def _is_all(chunk: Chunk, scene: Scene) -> bool:
-    return (chunk.kind == "OBJ" and len(chunk.names) == len(scene) > 1) or chunk.text.lower() in EVERYTHING
+def _is_all(chunk: Chunk, things: Sequence[str]) -> bool:
+    return (chunk.kind == "OBJ" and len(chunk.names) == len(things) > 1) or chunk.text.lower() in EVERYTHING
 
 
 EVERYTHING = ("everything", "anything", "all")

@@ -527,7 +527,11 @@ def _chunk(
         lambda: _sign(word),
         lambda: (_of("filler"), 1) if i == apart else None,
         lambda: _quantity(lowered, i, length),
-        lambda: _pronoun(word, earlier, found) if length <= 1 else None,
+        lambda: (
+            _pronoun(word, earlier or (catalog.person if word in ("her", "him") else ()), found)
+            if length <= 1
+            else None
+        ),
         lambda: _known(word, kind, length),
     )
     chunk, used = next(made for option in options if (made := option()) is not None)

@@ -7,40 +7,16 @@ sentence, which is not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import pairwise, takewhile
-from typing import Any
+from itertools import pairwise
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
+from ovita.instruct.facts import BOUNDS, OPPOSED, Facts, among, clauses, elsewhere, senses
 from ovita.instruct.frames import held_by
-from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
-from ovita.instruct.rules import PAUSES, turned
-from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
-from ovita.paths.part import PathPart, outside
-from ovita.text import quoted
-
-PLACED_AT = ("in", "at", "on", "along", "inside")
-UNKNOWN = frozenset("unknown filler comma dot and".split())
-"""Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
-
-OPPOSED = {
-    "left": {"left"}, "right": {"right"}, "front": {"front"}, "back": {"back"},
-    "up": {"up", "raise", "over", "rising", "height"}, "down": {"down", "lower", "under", "falling", "height"},
-    "closer": {"closer", "near", "toward", "touch", "at_most", "within", "distance", "gap"},
-    "farther": {"farther", "from", "at_least", "distance", "gap", "avoid", "withdraw"},
-    "faster": {"faster", "inc", "double", "triple", "faster_time"},
-    "slower": {"slower", "dec", "halve", "half", "brake", "slower_time"},
-    "larger": {"larger", "inc", "double", "triple"}, "smaller": {"smaller", "dec", "halve", "half"},
-    "more": {"more_curve", "larger", "inc"}, "less": {"less_curve", "smaller", "straight", "dec"},
-    "cw": {"clockwise", "right"}, "ccw": {"anticlockwise", "left"},
-}  # fmt: skip
-"""What a frame may hold, and the classes of words that ask for it."""
-
-BOUNDS = ("at_least", "at_most")
+from ovita.instruct.lost import LOST
+from ovita.instruct.numerals import CENTI, FRACTIONS
+from ovita.instruct.together import unit_of
 
 EXCLUDED = {
     **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
@@ -52,70 +28,11 @@ DENIED = {word: BOUNDS[role == "at_least"] for word, role in EXCLUDED.items()}
 """The same for one that is denied: "never higher than" is no least height."""
 
 UPPER = frozenset("at_most max limit vmax ceiling".split())
+
 LOWER = frozenset("at_least min vmin floorlimit".split())
+
 NOT = frozenset("never clear avoid too".split()) | UPPER
 """What may turn a comparison round: "never higher than"."""
-
-
-@dataclass(frozen=True)
-class Facts:
-    """An utterance beside what was read from it.
-
-    Args:
-        said: The utterance in chunks.
-        frames: What was read.
-    """
-
-    said: Sequence[Chunk]
-    frames: tuple[F.SemanticFrame, ...]
-
-    @cached_property
-    def kinds(self) -> frozenset[str]:
-        """The classes of its words, also of what they come to: "too fast" counts as fast and as slower."""
-        return self.plain | self.flipped
-
-    @cached_property
-    def plain(self) -> frozenset[str]:
-        """The classes of its words as they stand."""
-        return frozenset(chunk.kind for chunk in self.said)
-
-    @cached_property
-    def flipped(self) -> frozenset[str]:
-        """What the words come to that others turn round."""
-        return _flipped(tuple(self.said))
-
-    @cached_property
-    def senses(self) -> set[str]:
-        """The senses with an opposite that were read."""
-        return {sense for frame in self.frames for sense in _senses(frame)}
-
-    def frames_of(self, kinds: Any) -> list[Any]:
-        """The frames of some kinds."""
-        return [frame for frame in self.frames if isinstance(frame, kinds)]
-
-    def names(self, kinds: Any) -> set[str]:
-        """The objects that frames of some kinds are about."""
-        return {name for frame in self.frames_of(kinds) for name in frame.named}
-
-    @cached_property
-    def words(self) -> list[str]:
-        """The words as they were said, in small letters."""
-        return [word for chunk in self.said for word in chunk.text.lower().split()]
-
-    @cached_property
-    def row(self) -> list[Chunk]:
-        """The chunks without fillers."""
-        return [chunk for chunk in self.said if chunk.kind not in ("filler", "approx")]
-
-    def word(self, kinds: Iterable[str]) -> str:
-        """The first word of some classes, quoted."""
-        return quoted([next((chunk.text for chunk in self.said if chunk.kind in kinds), "")])
-
-
-@lru_cache(maxsize=16)
-def _flipped(said: tuple[Chunk, ...]) -> frozenset[str]:
-    return frozenset(chunk.kind for chunk in turned(said))
-
 
 Check = Callable[[Facts], str]
 """A check of a reading: a sentence that says what is against it, or "" where nothing is."""
@@ -153,27 +70,7 @@ def _negated(it: Facts) -> str:
 def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
     """Whether a frame is what the clauses that deny something ask for, or all frames come from other ones."""
     limits = any(_limits(frame, it.plain) for frame in it.frames)
-    return limits or (bool(it.frames) and all(_elsewhere(frame, denied) for frame in it.frames))
-
-
-def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
-    """The chunks between pauses, each clause with the pause before it."""
-    found: list[list[Chunk]] = [[]]
-    for chunk in said:
-        if chunk.kind in PAUSES or chunk.text.lower() in INSTEAD:
-            found.append([])
-        found[-1].append(chunk)
-    return [clause for clause in found if clause]
-
-
-INSTEAD = ("instead of", "rather than")
-"""Denials of something beside what is meant."""
-
-
-def _elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
-    """Whether a frame was also read from words outside of some clauses: "pass behind it, never in front"."""
-    spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
-    return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
+    return limits or (bool(it.frames) and all(elsewhere(frame, denied) for frame in it.frames))
 
 
 def _unbounded(it: Facts) -> str:
@@ -206,7 +103,7 @@ def _other_bound(it: Facts, row: Sequence[Chunk], excluded: Mapping[str, str]) -
     bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
     for word, amount in pairwise(chunk for chunk in row if chunk.kind != "than"):
         wrong = [value for role, value in bounds if role == excluded.get(word.kind)]
-        if amount.q is not None and _among(wrong, amount.q.value):
+        if amount.q is not None and among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
 
@@ -221,7 +118,7 @@ def _number_left(it: Facts) -> str:
         if chunk.q is None or chunk.text.lower() in names or chunk in ends:
             continue
         amounts = _amounts(chunk.q.value, it.said[k + 1 : k + 5])
-        if not any(_among(held, value * unit) for value in amounts for unit in units.get(chunk.kind, (1.0,))):
+        if not any(among(held, value * unit) for value in amounts for unit in units.get(chunk.kind, (1.0,))):
             return f"{chunk.text!r} has no place in it."
     return ""
 
@@ -239,7 +136,7 @@ def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
     for one, link, other in zip(said, said[1:], said[2:], strict=False):
         if one.q and other.q and link.kind in ("to", "and"):
             means = [(one.q.value * scale + other.q.value) / 2 for scale in (1.0, 0.01, 0.001)]
-            found += [one, other] if any(_among(held, mean) for mean in means) else []
+            found += [one, other] if any(among(held, mean) for mean in means) else []
     return found
 
 
@@ -254,294 +151,7 @@ def _object_left(it: Facts) -> str:
     return ""
 
 
-def _list_left(it: Facts) -> str:
-    """A word that nobody knows beside an object, where it names another one: "the pie and the cup"."""
-    for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
-        if link.kind == "and" and {one.kind, other.kind} == {"OBJ", "unknown"}:
-            word = one if one.kind == "unknown" else other
-            if it.said[max(it.said.index(word) - 1, 0)].text.lower() in DETERMINERS:
-                return f"There is no {word.text!r} in the scene."
-    return ""
-
-
-def _one_way_only(it: Facts) -> str:
-    """A size in one direction alone: "80 percent in width"; the whole path is resized."""
-    word = next((word for word in it.words if word in ("width", "breadth", "depth")), "")
-    return f"It would be resized in all directions, not in {word} alone." if word and it.frames_of(F.Resize) else ""
-
-
-def _conditional(it: Facts) -> str:
-    """A condition, which no frame can hold but as a part of the path: "if you come near the cup"."""
-    told = [(word, chunk.kind) for chunk in it.said for word in chunk.text.lower().split()]
-    words = [word for word, _ in told]
-    for i, word in enumerate(words):
-        if word != "unless" and (word != "if" or _wishes(words[:i]) or _polite([*words[i + 1 : i + 3], "", ""])):
-            continue
-        clause = {kind for _, kind in takewhile(lambda pair: pair[1] not in ("comma", "dot"), told[i + 1 :])}
-        if not (clause & PLACING and all(frame.part for frame in it.frames)):
-            return f"{word!r} sets a condition, and it would be done always."
-    return ""
-
-
-PLACING = frozenset("near within after before over under beyond rising falling closer distance between touch".split())
-"""Classes of words by which a condition is a place on the path."""
-
-
-def _polite(behind: Sequence[str]) -> bool:
-    """Whether the words behind an "if" are mere politeness: "if you could", not "if you smell smoke"."""
-    return behind[0] in COURTESY or (behind[0] in ("you", "i", "we", "one") and behind[1] in ABLE)
-
-
-def _wishes(before: Sequence[str]) -> bool:
-    """Whether the words before an "if" are a wish: "I'd feel safer if", not "I'd like it to turn if"."""
-    sentence = list(takewhile(lambda word: word not in (".", "!", "?", ";"), reversed(before)))
-    would = any(word in ("would", "wouldn't") or word.endswith("'d") for word in sentence)
-    return not WISHING.isdisjoint(sentence[:2]) or (would and WANTING.isdisjoint(sentence))
-
-
-COURTESY = frozenset("you'd i'd we'd possible need needed necessary anything at so that's it's".split())
-"""What follows an "if" that is mere politeness."""
-
-ABLE = frozenset("can could would will may might must like want wish please don't do have had need".split())
-"""What follows an "if" and somebody in one."""
-
-WANTING = frozenset("like want you".split())
-"""What is behind a "would" that asks for something itself: "would you wait if"."""
-
-WISHING = frozenset(
-    "what glad happy happier better obliged grateful nice nicer lovely great good as see even mind".split()
-)
-"""What is right before an "if" that is one: "I would be glad if"."""
-
-
-def _thing_moved(it: Facts) -> str:
-    """Something that is to be moved itself: "push the cup to the left", "turn the gripper"."""
-    before = ""
-    for chunk in it.said:
-        thing = chunk.kind == "OBJ"
-        for word in [chunk.text] if thing else chunk.text.lower().split():
-            if (thing and before in HANDLING) or (word in TOOLS and before in TURNING):
-                return f"{before!r} asks for {chunk.text!r} itself to be moved; only the path can be."
-            before = before if word in DETERMINERS else word
-    return ""
-
-
-TURNING = frozenset("rotate turn tilt spin flip open close point".split())
-HANDLING = TURNING | frozenset(
-    "move shift push pull put place bring take carry lift raise lower drop throw grab pick paint clean fill".split()
-)
-"""Verbs whose object is what is moved; the tool goes with the path unless it is to be turned."""
-
-TOOLS = frozenset("gripper hand wrist camera tool head".split())
-
-
-def _wish_left(it: Facts) -> str:
-    """A wish after an "and" of which no word is known: "and frobnicate it"."""
-    for clause in clauses(it.said):
-        strange = any(map(_is_strange, clause)) and all(
-            c.kind in UNKNOWN | {"OBJ", "path", "slight", "approx"} for c in clause
-        )
-        if strange and clause[0].kind == "and":
-            return f"{' '.join(chunk.text for chunk in clause[1:])!r} has no place in it."
-    return ""
-
-
-def _share_lost(it: Facts) -> str:
-    """A share of a thing's height, which no frame can hold: "no higher than half the mast"."""
-    halves = frozenset(("half", "halve"))
-    lost = any(isinstance(frame, F.Height) and frame.of for frame in it.frames) and it.plain & halves
-    held = set[float]().union(*map(held_by, it.frames))
-    return f"{it.word(halves)} has no place in it." if lost and not _among(held, 0.5) else ""
-
-
-def _other_deed(it: Facts) -> str:
-    """A wish after an "and" for what is no matter of the path: "and open it", "and say hello"."""
-    for clause in clauses(it.said):
-        words = [word for chunk in clause for word in chunk.text.lower().split() if word not in LINKS]
-        beside = clause[0].kind == "and" and all(chunk.kind in BESIDE for chunk in clause)
-        if beside and words[:1] and words[0] in DEEDS:
-            return f"{' '.join(chunk.text for chunk in clause[1:])!r} is no matter of the path."
-    return ""
-
-
-BESIDE = UNKNOWN | {"OBJ", "path", "approx", "slight", "turns", "on", "at", "near", "there"}
-"""Classes of words in a clause that is about nothing of the path."""
-
-LINKS = ("and", "then", "also", "please")
-DEEDS = frozenset(
-    """open close shut say sing play press push ring grab grip pick pour photograph film record scan snap shoot beep
-    honk wave call text tell ask send turn switch light fire""".split()
-)
-"""Verbs for what else a robot may do."""
-
-
-def _is_strange(chunk: Chunk) -> bool:
-    """Whether a word may ask for something that no frame holds: one that is unknown, or "dance"."""
-    return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
-
-
-OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
-"""What the path is called, which asks for nothing by itself."""
-
-
-def _above_lost(it: Facts) -> str:
-    """A place above or below something, where what is read is about the thing itself."""
-    for word, thing in pairwise(it.row):
-        about = [frame for frame in it.frames if {*thing.names} & {*frame.named}]
-        level = about and all(isinstance(frame, F.Figure | F.Clearance) for frame in about)
-        if word.kind in ("over", "under") and level:
-            return f"{word.text!r} {thing.text} has no place in it."
-    return ""
-
-
-def _pointed(it: Facts) -> str:
-    """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
-    if any(map(F.says_where, it.frames)):
-        return ""
-    clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
-    if clause is not None and not all(_elsewhere(frame, [clause]) for frame in it.frames):
-        return f"{it.word({'there'})} points at a place that nothing names."
-    strange = (word.text for at, word in pairwise(it.row) if at.kind in PLACED_AT and word.kind == "unknown")
-    return next((f"{where!r} is no place that is known." for where in strange), "")
-
-
-def _without_unit(it: Facts) -> str:
-    """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
-    amounts = [q for frame in it.frames for q in _lengths(frame)]
-    stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
-    guessed = [abs(q.value) for q in amounts if not _among(stated, abs(q.value))]
-    bare = [abs(q.value) for q in amounts if q.unit == ""]
-    told = (_as_taken(chunk.number.value, guessed, bare) for chunk in it.said if chunk.kind == "Qn")
-    return next(filter(None, told), "")
-
-
-def _as_taken(number: float, guessed: Sequence[float], bare: Sequence[float]) -> str:
-    """What a bare number is taken for."""
-    if number >= 1.0 and _among(guessed, number * CENTI):
-        return f"{number:g} has no unit; it is taken as {number:g} cm."
-    return f"{number:g} has no unit; it would be {number:g} m." if number >= FAR and number in bare else ""
-
-
-def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
-    """The lengths of a frame, also those without a unit."""
-    amounts = frame.quantities if isinstance(frame, MEASURED) else {}
-    return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
-
-
-def _goes_on(it: Facts) -> str:
-    """A mere "keep going" that is read as a way beyond the goal, which nothing names."""
-    far = any(isinstance(frame, F.Extend) and not frame.quantities for frame in it.frames)
-    said = next((chunk.text.lower() for chunk in it.said if chunk.kind == "extend"), "")
-    mere = {*said.split()} <= GOING_ON and it.plain.isdisjoint(("goal", "to", "over"))
-    return f"{said!r} names no way beyond the goal." if far and said and mere else ""
-
-
-GOING_ON = frozenset("keep on going go carry continue moving proceed still press push move travelling flying".split())
-"""Words that say no more than that the robot goes on."""
-
-
-def _extreme(it: Facts) -> str:
-    """The highest or lowest point of the path, which no frame is about."""
-    found = (word for word, point in pairwise(it.row) if word.kind in ("max", "min") and point.kind == "waypoints")
-    return next((f"{word.text!r} point has no place in it." for word in found), "")
-
-
-def _by_or_to(it: Facts) -> str:
-    """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
-    by = [q.value for frame in it.frames_of(F.Approach) for q in frame.quantities.values()]
-    row = [chunk for chunk in it.said if chunk.kind != "approx"]
-    for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
-        apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
-        compared = after.kind in COMPARING[: 2 if before.kind == "dot" else None]
-        if apart and amount.kind == "Qm" and not compared and _among(by, amount.number.value):
-            return f"{amount.text!r} may be how much nearer or farther, or how near."
-    return ""
-
-
-COMPARING = ("closer", "farther", "inc", "dec")
-"""Classes of words behind a length with which it is how much nearer or farther, the last two in one sentence only."""
-
-
-def _regretted(it: Facts) -> str:
-    """A way over, under or between that may only be told with regret: "it goes over the tray, this I do not want"."""
-    ways = any(frame.relation != "at" for frame in it.frames_of(F.Visit)) and not it.frames_of(F.Avoid)
-    kinds = [*(chunk.kind for chunk in it.row), "dot"]
-    denied = any(no == "never" and after in ENDING for no, after in pairwise(kinds))
-    return f"{it.word({'never'})} may deny that way." if ways and denied else ""
-
-
-ENDING = ("comma", "dot", "and", "because", "unknown", "large")
-"""Classes of what is behind a denial of what was said before it: "this I do not want.", "I do not much like that"."""
-
-
-def _told(it: Facts) -> str:
-    """What is said to be so, and read as what is asked for: "it whizzes past the terrace"."""
-    for who, what in pairwise(it.said):
-        third = who.text.lower() in ("it", "he", "she") and what.text.lower().split()[0].endswith("s")
-        paces = any(what.kind in OPPOSED[sense] for sense in it.senses & {"faster", "slower"})
-        if third and (paces or any(what.kind == frame.shape for frame in it.frames_of(F.Figure))):
-            return f"{what.text!r} tells how it is."
-    return ""
-
-
-def _away_lost(it: Facts) -> str:
-    """Something to stay away from, of which only a side is read."""
-    lost = it.names(F.Side) - it.names(F.Approach | F.Clearance)
-    rows = (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther")
-    first = (next((chunk for chunk in row if chunk.kind == "OBJ"), row[0]) for row in rows)
-    return next((f"What to stay away from, {thing.text}, is lost." for thing in first if lost & {*thing.names}), "")
-
-
-def _until_told(it: Facts) -> str:
-    """A wait whose end somebody is to tell: "wait there till I wave"."""
-    waits = any(frame.duration is None for frame in it.frames_of(F.Wait))
-    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(it.words))
-    return "It is not said how long to wait." if waits and told else ""
-
-
-SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
-
-
-def asked(it: Facts) -> str:
-    """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
-    first, second, *more = [*it.words, "", ""]
-    asks = second in ASKED.get(first, ()) and WISHED.isdisjoint(more[:3])
-    return "This may only ask what the path is like." if asks else ""
-
-
-_STATES = ("it", "this", "that", "the", "there")
-ASKED = {
-    **dict.fromkeys(("is", "does", "will", "has"), _STATES),
-    "how": ("close", "near", "high", "low", "far", "long", "fast", "quick", "quickly", "slow", "many", "much"),
-    "what": ("is", "speed", "height", "distance"),
-    "what's": _STATES,
-}
-"""The two words that begin a question."""
-
-WISHED = frozenset("have need possible ok okay any way chance alright supposed about if".split())
-"""Words that make a question a wish."""
-
-NEVER = (
-    asked,
-    _list_left,
-    _one_way_only,
-    _by_or_to,
-    _regretted,
-    _told,
-    _away_lost,
-    _until_told,
-    _compared,
-    _conditional,
-    _thing_moved,
-    _wish_left,
-    _other_deed,
-    _share_lost,
-    _above_lost,
-    _pointed,
-    _without_unit,
-    _goes_on,
-    _extreme,
-)
+NEVER = (*LOST, _compared)
 """What is never done at once, however likely its reading is."""
 
 
@@ -575,7 +185,7 @@ PASSING = frozenset(
 
 def _one_of_two(it: Facts) -> str:
     """One of two opposite sides that are both asked for: "go left and right"."""
-    one_side = any(len({*_senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
+    one_side = any(len({*senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
     swapped = "mirror" not in it.plain and any(isinstance(frame, F.Mirror) for frame in it.frames)
     return f"{it.word({'sideways'})} is both sides." if (one_side or swapped) and "sideways" in it.plain else ""
 
@@ -596,52 +206,11 @@ LEFT = (_number_left, _object_left)
 CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
 
 
-def _among(held: Iterable[float], value: float) -> bool:
-    """Whether one of some numbers is a value, give or take 2 %."""
-    return any(abs(one - value) <= 1e-6 + 0.02 * abs(one) for one in held)
-
-
-def _senses(frame: F.SemanticFrame) -> list[str]:
-    """The senses of a frame that have an opposite; a multiple of the speed is slower or faster: "speed x0.5"."""
-    found = [direction for direction, _ in getattr(frame, "offset", ())]
-    found += [str(getattr(frame, slot, "")) for slot in ("direction", "sense", "change")]
-    factor = (frame.factor if isinstance(frame, F.Pace) else None) or 1.0
-    if factor != 1.0:
-        found.append("slower" if factor < 1.0 else "faster")
-    return [sense for sense in found if sense in OPPOSED]
-
-
-def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
-    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but it."""
-    mine, theirs = _claims(one), _claims(other)
-    return bool(theirs & set(map(_opposite, mine)) or mine & set(map(_opposite, theirs)))
-
-
-def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
-    """The senses and the bounds on distances that frames hold, and the parts of the path that they are about."""
-    found: set[str | PathPart] = set()
-    for frame in frames:
-        found.update(_senses(frame), _bounds(frame), [frame.part])
-    return found
-
-
-def _bounds(frame: F.SemanticFrame) -> set[str]:
-    return set(BOUNDS).intersection([frame.distance.role]) if isinstance(frame, F.Clearance) else set()
-
-
-def _opposite(claim: str | PathPart) -> str | PathPart:
-    return (
-        outside(claim)
-        if isinstance(claim, PathPart)
-        else {"at_least": "at_most", "at_most": "at_least"}.get(claim) or OPPOSITE[claim]
-    )
-
-
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
     if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid) or frame.part.kind == "outside":
         return True
     if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
         return True
-    turned = {"farther", "slower", "less", "smaller"} & {*_senses(frame)}
+    turned = {"farther", "slower", "less", "smaller"} & {*senses(frame)}
     return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)

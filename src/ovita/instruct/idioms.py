@@ -101,7 +101,10 @@ _COMPLAINT = re.compile(
     r"(?: (?:off|away|along|through))?\b(?P<where>[^.,;!?]*)(?P<rest>.*)$",
     re.IGNORECASE | re.DOTALL,
 )
-_REMEDY = re.compile(r"\b(?:slow|fast|quick|gent|pace|speed|hurry|easy|calm|soft|careful)", re.IGNORECASE)
+_REMEDY = re.compile(
+    r"\b(?:slow|fast|quick|gent|pace|speed|hurry|easy|calm|soft|careful|at \d|m/s|met(?:re|er)s? (?:a|per) second)",
+    re.IGNORECASE,
+)
 
 
 def _complained(found: re.Match[str]) -> str:
@@ -235,7 +238,8 @@ _PASSED_IT = re.compile(
 
 
 _THERE = re.compile(
-    r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|slower|faster|higher|lower|slow down|speed up|closer)\b[^.,;!?]*?) "
+    r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"
+    r"|slower|faster|higher|lower|slow down|speed up|closer)\b[^.,;!?]*?) "
     r"there\b(?! (?:is|are|was|were)\b)",
     re.IGNORECASE,
 )

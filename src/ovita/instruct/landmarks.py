@@ -236,7 +236,7 @@ _LONGER = re.compile(
     re.IGNORECASE,
 )
 _SKIP = re.compile(
-    r"^(?P<lead>\W*(?:please |just )?)(?:skip|leave out|omit) (?:the )?"
+    r"^(?P<lead>\W*(?:(?:please|just|you can|you may|we can|let's|today) )*)(?:skip|leave out|omit) (?:the )?"
     r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!?]|and\b|today\b))",
     re.IGNORECASE,
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -196,7 +197,15 @@ class Catalog:
     def _the_person(self) -> dict[tuple[str, ...], SceneObject]:
         """The only person there is, by all words for one."""
         people = [item for item in self.scene if _is_person(item)]
-        return {("the", word): people[0] for word in PEOPLE} if len(people) == 1 else {}
+        if len(people) != 1:
+            return {}
+        words = (*PEOPLE, *(ANYBODY if head_of(self.words[people[0].name]) in PEOPLE else ()))
+        return {(whose, word): people[0] for word in words for whose in ("the", "my", "our", "his", "her", "that")}
+
+    @cached_property
+    def person(self) -> tuple[str, ...]:
+        """The name of the only person there is, as one name or none."""
+        return tuple(item.name for item in [*self._the_person().values()][:1])
 
     def add_nicknames(self) -> None:
         """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""
@@ -342,6 +351,12 @@ def _is_person(item: SceneObject) -> bool:
 
 PEOPLE = ("person", "man", "woman", "guy", "lady", "human")
 """Words that fit any person, whatever the scene calls it."""
+
+ANYBODY = (
+    "kid", "child", "boy", "girl", "son", "daughter", "worker", "operator", "colleague", "visitor", "pedestrian",
+    "customer", "patient", "mother", "father", "mom", "mum", "dad", "wife", "husband", "friend", "technician",
+)  # fmt: skip
+"""Words that fit a person of whom the scene says no more than that."""
 
 ROBOT = frozenset(
     """robot arm drone gripper tool tip machine vehicle platform rover system device craft path part parts bit spot

@@ -78,9 +78,9 @@ def _unshared(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
     if mine is None:
         return frame
     earlier = True
-    for other in builder.frames:
+    for other in (one for one in builder.frames if isinstance(one, F.Pace)):
         earlier = earlier and other.part != frame.part
-        theirs = _factor_near(other) if isinstance(other, F.Pace) and other.part != frame.part else None
+        theirs = _factor_near(other) if other.part != frame.part else None
         if theirs is None or other.change != frame.change:
             continue
         shared = builder.waypoints(other.part) & mask

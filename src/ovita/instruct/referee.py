@@ -18,26 +18,18 @@ from ovita.instruct import frames as F
 from ovita.instruct.arriving import stood_beside
 from ovita.instruct.beforehand import heard_apart, put_plainly, stands, tells
 from ovita.instruct.chunks import DOING, Chunk, chunks
-from ovita.instruct.contradictions import (
-    BOUNDS,
-    CHECKS,
-    LEFT,
-    NEVER,
-    REFUSED,
-    UNKNOWN,
-    asked,
-    clauses,
-    contradictions,
-    opposed,
-)
+from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, REFUSED, contradictions
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
+from ovita.instruct.facts import BOUNDS, UNKNOWN, clauses, opposed
 from ovita.instruct.frames import name_of
+from ovita.instruct.lost import asked
 from ovita.instruct.meaning import same
+from ovita.instruct.naming import as_named
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_named, at_speed, contrasted, halted, in_turn, prolonged, spread, with_units
+from ovita.instruct.together import at_speed, contrasted, halted, in_turn, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory

@@ -6,7 +6,7 @@ What of an object is meant the words before it say, for the frames of both reade
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from itertools import pairwise
@@ -171,88 +171,6 @@ def _for_longer(said: Sequence[Chunk]) -> list[str]:
 
 LONGER, MORE = frozenset(("longer", "another", "an extra", "an additional")), frozenset(("more", "extra", "additional"))
 """Words for more time than there is, anywhere in an utterance about one wait, and beside its duration."""
-
-
-def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with what words call by name.
-
-    A loop is no figure eight, to creep past the cup is much slower, and what comes down at the end is low there alone.
-    """
-    kinds, text = {chunk.kind for chunk in said}, f" {' '.join(chunk.text.lower() for chunk in said)} "
-    for called, change in CALLED:
-        if called(kinds, text):
-            frames = tuple(change(frame, said) for frame in frames)
-    if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
-        frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
-    return _crawling(frames, said)
-
-
-def _crawling(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Much slower, where one frame is slower by no amount and a word such as "crawl" says it."""
-    slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
-    if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
-        return frames
-    return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
-
-
-def _reached_last(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
-    """What comes down or up to a height at the end has it there, and not before."""
-    at_the_end = frame.part.kind == "last" and frame.part.amount is None
-    if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
-        return frame
-    return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
-
-
-def _below_zero(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
-    """A height with the sign that stands before it: "don't go lower than z = -0.2"."""
-    level = getattr(frame, "level", None)
-    below = {chunk.q.value for sign, chunk in pairwise(said) if sign.kind == "minus" and chunk.q}
-    if level is None or level.value not in below:
-        return frame
-    return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
-
-
-def _multiplied(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
-    """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
-    if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
-        return frame
-    return replace(frame, by=replace(frame.by, role="to"))
-
-
-def _upright(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
-    swings = isinstance(frame, F.Figure) and frame.shape in ("wave", "zigzag")
-    return replace(frame, upright=True) if swings else frame  # type: ignore[call-arg]
-
-
-UPRIGHT = (
-    "up and down", "down and up", "vertical", "vertically", "in height", "in z", "bob", "bobbing", "porpoise", "humps",
-    "rollercoaster", "roller coaster",
-)  # fmt: skip
-"""Words for swinging up and down."""
-
-
-def _no_eight(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
-    eight = isinstance(frame, F.Figure) and frame.shape == "eight"
-    return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
-
-
-CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chunk]], F.SemanticFrame]], ...] = (
-    (lambda kinds, _: "eight" not in kinds and not kinds.isdisjoint(("circle", "laps")), _no_eight),
-    (lambda _, text: any(f" {words} " in text for words in UPRIGHT), _upright),
-    (lambda kinds, _: "keep" not in kinds and not kinds.isdisjoint(("down", "up", "lower", "raise")), _reached_last),
-    (lambda kinds, _: "minus" in kinds, _below_zero),
-    (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),
-)
-"""Which classes of words, or which words, call for which change of frames."""
-
-
-def _crawls(said: Sequence[Chunk]) -> bool:
-    slower = [chunk.text.lower() for chunk in said if chunk.kind in ("slower", "creep")]
-    return not CRAWLING.isdisjoint(" ".join(slower).split())
-
-
-CRAWLING = frozenset("crawl crawls crawling creep creeps creeping snail snail's inch tortoise dawdle tiptoe".split())
-"""Words for being much slower."""
 
 
 STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}

@@ -1,0 +1,154 @@
+"""An utterance beside what was read from it: the facts by which a reading is held against its words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
+from ovita.instruct.editing import OPPOSITE
+from ovita.instruct.rules import PAUSES, turned
+from ovita.paths.part import PathPart, outside
+from ovita.text import quoted
+
+UNKNOWN = frozenset("unknown filler comma dot and".split())
+"""Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
+
+OPPOSED = {
+    "left": {"left"}, "right": {"right"}, "front": {"front"}, "back": {"back"},
+    "up": {"up", "raise", "over", "rising", "height"}, "down": {"down", "lower", "under", "falling", "height"},
+    "closer": {"closer", "near", "toward", "touch", "at_most", "within", "distance", "gap"},
+    "farther": {"farther", "from", "at_least", "distance", "gap", "avoid", "withdraw"},
+    "faster": {"faster", "inc", "double", "triple", "faster_time"},
+    "slower": {"slower", "dec", "halve", "half", "brake", "slower_time"},
+    "larger": {"larger", "inc", "double", "triple"}, "smaller": {"smaller", "dec", "halve", "half"},
+    "more": {"more_curve", "larger", "inc"}, "less": {"less_curve", "smaller", "straight", "dec"},
+    "cw": {"clockwise", "right"}, "ccw": {"anticlockwise", "left"},
+}  # fmt: skip
+"""What a frame may hold, and the classes of words that ask for it."""
+
+BOUNDS = ("at_least", "at_most")
+
+
+@dataclass(frozen=True)
+class Facts:
+    """An utterance beside what was read from it.
+
+    Args:
+        said: The utterance in chunks.
+        frames: What was read.
+    """
+
+    said: Sequence[Chunk]
+    frames: tuple[F.SemanticFrame, ...]
+
+    @cached_property
+    def kinds(self) -> frozenset[str]:
+        """The classes of its words, also of what they come to: "too fast" counts as fast and as slower."""
+        return self.plain | self.flipped
+
+    @cached_property
+    def plain(self) -> frozenset[str]:
+        """The classes of its words as they stand."""
+        return frozenset(chunk.kind for chunk in self.said)
+
+    @cached_property
+    def flipped(self) -> frozenset[str]:
+        """What the words come to that others turn round."""
+        return _flipped(tuple(self.said))
+
+    @cached_property
+    def senses(self) -> set[str]:
+        """The senses with an opposite that were read."""
+        return {sense for frame in self.frames for sense in senses(frame)}
+
+    def frames_of(self, kinds: Any) -> list[Any]:
+        """The frames of some kinds."""
+        return [frame for frame in self.frames if isinstance(frame, kinds)]
+
+    def names(self, kinds: Any) -> set[str]:
+        """The objects that frames of some kinds are about."""
+        return {name for frame in self.frames_of(kinds) for name in frame.named}
+
+    @cached_property
+    def words(self) -> list[str]:
+        """The words as they were said, in small letters."""
+        return [word for chunk in self.said for word in chunk.text.lower().split()]
+
+    @cached_property
+    def row(self) -> list[Chunk]:
+        """The chunks without fillers."""
+        return [chunk for chunk in self.said if chunk.kind not in ("filler", "approx")]
+
+    def word(self, kinds: Iterable[str]) -> str:
+        """The first word of some classes, quoted."""
+        return quoted([next((chunk.text for chunk in self.said if chunk.kind in kinds), "")])
+
+
+@lru_cache(maxsize=16)
+def _flipped(said: tuple[Chunk, ...]) -> frozenset[str]:
+    return frozenset(chunk.kind for chunk in turned(said))
+
+
+def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
+    """The chunks between pauses, each clause with the pause before it."""
+    found: list[list[Chunk]] = [[]]
+    for chunk in said:
+        if chunk.kind in PAUSES or chunk.text.lower() in INSTEAD:
+            found.append([])
+        found[-1].append(chunk)
+    return [clause for clause in found if clause]
+
+
+INSTEAD = ("instead of", "rather than")
+"""Denials of something beside what is meant."""
+
+
+def elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
+    """Whether a frame was also read from words outside of some clauses: "pass behind it, never in front"."""
+    spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
+    return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
+
+
+def among(held: Iterable[float], value: float) -> bool:
+    """Whether one of some numbers is a value, give or take 2 %."""
+    return any(abs(one - value) <= 1e-6 + 0.02 * abs(one) for one in held)
+
+
+def senses(frame: F.SemanticFrame) -> list[str]:
+    """The senses of a frame that have an opposite; a multiple of the speed is slower or faster: "speed x0.5"."""
+    found = [direction for direction, _ in getattr(frame, "offset", ())]
+    found += [str(getattr(frame, slot, "")) for slot in ("direction", "sense", "change")]
+    factor = (frame.factor if isinstance(frame, F.Pace) else None) or 1.0
+    if factor != 1.0:
+        found.append("slower" if factor < 1.0 else "faster")
+    return [sense for sense in found if sense in OPPOSED]
+
+
+def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
+    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but it."""
+    mine, theirs = _claims(one), _claims(other)
+    return bool(theirs & set(map(_opposite, mine)) or mine & set(map(_opposite, theirs)))
+
+
+def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
+    """The senses and the bounds on distances that frames hold, and the parts of the path that they are about."""
+    found: set[str | PathPart] = set()
+    for frame in frames:
+        found.update(senses(frame), _bounds(frame), [frame.part])
+    return found
+
+
+def _bounds(frame: F.SemanticFrame) -> set[str]:
+    return set(BOUNDS).intersection([frame.distance.role]) if isinstance(frame, F.Clearance) else set()
+
+
+def _opposite(claim: str | PathPart) -> str | PathPart:
+    return (
+        outside(claim)
+        if isinstance(claim, PathPart)
+        else {"at_least": "at_most", "at_most": "at_least"}.get(claim) or OPPOSITE[claim]
+    )

@@ -1,0 +1,142 @@
+"""What words call by name, for the frames of both readers: a loop is no eight, and to creep is to be much slower."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+from ovita.instruct import frames as F
+from ovita.instruct.chunks import Chunk
+from ovita.paths.part import WHOLE
+
+
+def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with what words call by name.
+
+    A loop is no figure eight, to creep past the cup is much slower, and what comes down at the end is low there alone.
+    """
+    kinds, text = {chunk.kind for chunk in said}, f" {' '.join(chunk.text.lower() for chunk in said)} "
+    for called, change in CALLED:
+        if called(kinds, text):
+            frames = tuple(change(frame, said) for frame in frames)
+    if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
+        frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
+    return _in_its_clause(_rest_kept(_crawling(frames, said)), said)
+
+
+def _rest_kept(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:
+    """Nothing changes beside what else is asked for: "seam 5 mm higher, approach unchanged"."""
+    alone = all(isinstance(frame, F.Keep) for frame in frames)
+    return tuple(
+        replace(one, what="rest") if isinstance(one, F.Keep) and one.what == "part" and not (one.part or alone) else one
+        for one in frames
+    )
+
+
+def _in_its_clause(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Faster and slower near one thing: in the sentence that does not name it, it is all of the path that is meant."""
+    paces = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
+    if len(paces) != 2 or paces[0].part.kind != "near" or paces[0].part != paces[1].part:
+        return frames
+    if paces[0].change == paces[1].change:
+        return frames
+    at = next((i for i, chunk in enumerate(said) if {*chunk.names} & {*paces[0].part.places}), 0)
+    apart = {chunk.kind for chunk in _sentence_of(said, at)}
+    beside = [pace for pace in paces if apart.isdisjoint((pace.change, *COMPANIONS[pace.change]))]
+    if len(beside) != 1:
+        return frames
+    return tuple(replace(frame, part=WHOLE) if frame is beside[0] else frame for frame in frames)
+
+
+def _sentence_of(said: Sequence[Chunk], at: int) -> Sequence[Chunk]:
+    """The chunks of the sentence that a chunk is in."""
+    begin = max((i + 1 for i in range(at) if said[i].kind == "dot"), default=0)
+    return said[begin : next((i for i in range(at, len(said)) if said[i].kind == "dot"), len(said))]
+
+
+COMPANIONS = {"faster": ("double", "triple", "inc"), "slower": ("half", "halve", "dec", "brake", "creep")}
+"""Classes of other words that ask for a change of speed."""
+
+
+def _more_room(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
+    """A distance that is to be there besides: "give it another ten centimetres at least"."""
+    if not isinstance(frame, F.Clearance) or frame.distance.role != "at_least":
+        return frame
+    more = [q.number.value for word, q in pairwise(said) if word.text.lower() in FURTHER and q.kind == "Qm"]
+    if not any(abs(value - abs(frame.distance.value)) < 1e-9 for value in more):
+        return frame
+    return F.Approach(sense="farther", objects=frame.objects, by=replace(frame.distance, role="by"), words=frame.words)
+
+
+FURTHER = ("another", "an extra", "an additional", "extra", "a further")
+
+
+def _crawling(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Much slower, where one frame is slower by no amount and a word such as "crawl" says it."""
+    slower = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change == "slower"]
+    if len(slower) != 1 or slower[0].amount or slower[0].degree or not _crawls(said):
+        return frames
+    return tuple(replace(frame, degree="large") if frame is slower[0] else frame for frame in frames)
+
+
+def _reached_last(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    """What comes down or up to a height at the end has it there, and not before."""
+    at_the_end = frame.part.kind == "last" and frame.part.amount is None
+    if not (at_the_end and isinstance(frame, F.Height) and frame.level.role == "to" and not frame.of):
+        return frame
+    return F.MoveEnd(end="goal", level=frame.level, words=frame.words)
+
+
+def _below_zero(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
+    """A height with the sign that stands before it: "don't go lower than z = -0.2"."""
+    level = getattr(frame, "level", None)
+    below = {chunk.q.value for sign, chunk in pairwise(said) if sign.kind == "minus" and chunk.q}
+    if level is None or level.value not in below:
+        return frame
+    return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
+
+
+def _multiplied(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
+    if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
+        return frame
+    return replace(frame, by=replace(frame.by, role="to"))
+
+
+def _upright(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    swings = isinstance(frame, F.Figure) and frame.shape in ("wave", "zigzag")
+    return replace(frame, upright=True) if swings else frame  # type: ignore[call-arg]
+
+
+UPRIGHT = (
+    "up and down", "down and up", "vertical", "vertically", "in height", "in z", "bob", "bobbing", "porpoise", "humps",
+    "rollercoaster", "roller coaster",
+)  # fmt: skip
+"""Words for swinging up and down."""
+
+
+def _no_eight(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    eight = isinstance(frame, F.Figure) and frame.shape == "eight"
+    return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
+
+
+CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chunk]], F.SemanticFrame]], ...] = (
+    (lambda kinds, _: "eight" not in kinds and not kinds.isdisjoint(("circle", "laps")), _no_eight),
+    (lambda _, text: any(f" {words} " in text for words in UPRIGHT), _upright),
+    (lambda kinds, _: "keep" not in kinds and not kinds.isdisjoint(("down", "up", "lower", "raise")), _reached_last),
+    (lambda kinds, _: "minus" in kinds, _below_zero),
+    (lambda _, text: any(f" {word} " in text for word in FURTHER), _more_room),
+    (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),
+)
+"""Which classes of words, or which words, call for which change of frames."""
+
+
+def _crawls(said: Sequence[Chunk]) -> bool:
+    slower = [chunk.text.lower() for chunk in said if chunk.kind in ("slower", "creep")]
+    return not CRAWLING.isdisjoint(" ".join(slower).split())
+
+
+CRAWLING = frozenset("crawl crawls crawling creep creeps creeping snail snail's inch tortoise dawdle tiptoe".split())
+"""Words for being much slower."""
