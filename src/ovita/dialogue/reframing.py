@@ -21,6 +21,7 @@ from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
+from ovita.instruct.asides import without_asides
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
@@ -80,7 +81,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     Raises:
         InputError: If the instruction is empty or too long.
     """
-    said = state.named(said)
+    said = state.named(without_asides(said, state.now.scene, first=False) if state.history.steps else said)
     losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
     if losses:
         return state._restored(said, losses)

@@ -39,8 +39,11 @@ def without_asides(text: str, scene: Scene, *, first: bool) -> str:
     """
     begun, *more = _BREAKS.split(text)
     clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
+    behind = [*more[::2], ""]  # before a "so", even what begins an utterance is a reason
+    reasons = [first or bool(before) or (k < 1 and behind[k].isspace()) for k, (before, _) in enumerate(clauses)]
     told = [
-        (first or bool(before)) and _tells(clause, first and "," not in before, scene) for before, clause in clauses
+        may and _tells(clause, (first or not before) and "," not in before, scene)
+        for may, (before, clause) in zip(reasons, clauses, strict=True)
     ]
     if not any(told) or all(told):
         return text

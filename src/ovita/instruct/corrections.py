@@ -15,7 +15,7 @@ from ovita.instruct.together import STRETCH_AT
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 
-NEAR = ("near", "around")
+NEAR = ("near", "around", "over")
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 
@@ -127,10 +127,17 @@ def copies(said: Remark) -> Iterator[Candidate]:
     other = _other_one(said) if not new else []
     names = tuple(name for name in _items(new) if name not in said.before[i].named)
     names = names or (said.alike(said.before[i]) if other else ())
-    if names and (new or len(names) == 1):
-        (copy,) = apply((E.Replace(objects=names),), (said.before[i],), Scene())
-        used = (*new, *other, *said.of(*NEAR), *said.cued("also"))
-        yield Candidate((E.Also(frame=copy),), used, sure=bool(other))
+    all_of = [p for p in said.active if p.text.split()[0] in ("both", "all", "everything")]
+    meant = [k for k in _alike(said, i) if all_of or k == i]
+    if names and (new or len(names) == 1) and not (all_of and len(meant) < 2):
+        made = (apply((E.Replace(objects=names),), (said.before[k],), Scene())[0] for k in meant)
+        used = (*new, *other, *all_of, *said.of(*NEAR), *said.cued("also"))
+        yield Candidate(tuple(E.Also(frame=frame) for frame in made), used, sure=bool(other or len(meant) > 1))
+
+
+def _alike(said: Remark, i: int) -> list[int]:
+    """Numbers of the frames about the same things as one of them."""
+    return [k for k, frame in enumerate(said.before) if frame.named == said.before[i].named]
 
 
 def _other_one(said: Remark) -> list[Phrase]:
@@ -176,6 +183,24 @@ def places_instead(said: Remark) -> Iterator[Candidate]:
         used = (*things, *denied, *no, *said.cued("meant", "only"), *said.of("near", "at", "around"))
         yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
 
+
+def old_paces(said: Remark) -> Iterator[Candidate]:
+    """The speed as it was at some thing: "normal speed at the station again", "no need to slow down at the door"."""
+    things, paced = [p for p in said.active if p.items], [*said.cued("of_pace"), *said.of("speed", "slower", "faster")]
+    names, before = _items(things), [*said.of("original"), *said.cued("not")]
+    if len(names) != 1 or not (paced and before) or any(p.number or p.text in DEGREES for p in said.pieces):
+        return
+    paces = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
+    there = [i for i in paces if names[0] in said.before[i].part.places]
+    used = (*things, *paced, *before, *said.cued("restart", "again", "redo", "undo"), *said.of(*NEAR, "pass"))
+    if there:
+        yield Candidate(tuple(E.Drop(on=said.on(i)) for i in there), used, sure=True)
+    elif paces and said.of("original"):
+        yield Candidate((E.Except(on=said.on(paces[-1]), part=PathPart("near", names)),), used, sure=True)
+
+
+DEGREES = ("so", "as", "too", "that", "quite", "less", "more")
+"""Words with which a speed that is denied is to be less of it, not gone."""
 
 ENDED = ("start", "goal", "first", "last", "middle")
 """Concepts of places on a path that no thing names."""

@@ -205,7 +205,8 @@ def _each_left(it: Facts) -> str:
 
 def _over_unsaid(it: Facts) -> str:
     """A way over or under something of which no word tells: "pass the cup with 10 cm to spare"."""
-    for frame in it.frames_of(F.Visit | F.Hop):
+    told = any(word.startswith(("over", "ov", "ab", "und", "ben", "top")) for word in it.words)  # also misspelt
+    for frame in () if told else it.frames_of(F.Visit | F.Hop):
         relation = getattr(frame, "relation", "over")
         if relation in ("over", "under") and it.kinds.isdisjoint(CROSSING[relation]):
             return f"No word says that it is to go {relation} it."
@@ -213,7 +214,7 @@ def _over_unsaid(it: Facts) -> str:
 
 
 CROSSING = {
-    "over": frozenset("over up raise hop rising height clear touch top farther hover".split()),
+    "over": frozenset("over up raise hop rising height clear touch farther hover skim".split()),
     "under": frozenset("under down lower falling height drop".split()),
 }
 """Classes of words that may tell of a way over or under something."""

@@ -79,7 +79,9 @@ def _kept_out(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask
         return bent
     taut = _taut(bent, path, bodies, up)
     legal = (_gaps(taut, bodies) >= -1e-6).all() and (lengths(taut[fixed] - path[fixed]) <= ROUNDING).all()
-    legal &= arc_length(taut)[-1] >= KEEPS * arc_length(path)[-1]  # a shorter one drew out turns that are the path's own
+    legal &= (
+        arc_length(taut)[-1] >= KEEPS * arc_length(path)[-1]
+    )  # a shorter one drew out turns that are the path's own
     return taut if legal and _unrest(taut, path) < _unrest(bent, path) else bent
 
 
