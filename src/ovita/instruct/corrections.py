@@ -188,7 +188,7 @@ def old_paces(said: Remark) -> Iterator[Candidate]:
     """The speed as it was at some thing: "normal speed at the station again", "no need to slow down at the door"."""
     things, paced = [p for p in said.active if p.items], [*said.cued("of_pace"), *said.of("speed", "slower", "faster")]
     names, before = _items(things), [*said.of("original"), *said.cued("not")]
-    if len(names) != 1 or not (paced and before) or any(p.number or p.text in DEGREES for p in said.pieces):
+    if len(names) != 1 or not (paced and before) or any(p.number or p.text.split()[0] in DEGREES for p in said.pieces):
         return
     paces = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
     there = [i for i in paces if names[0] in said.before[i].part.places]
