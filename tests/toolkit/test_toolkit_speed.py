@@ -93,8 +93,8 @@ def test_shifted_speeds_never_fall_below_zero_and_rest_stays_rest(line):
 
 
 def test_ramps_are_linear_in_arc_length(line):
-    assert np.allclose(ramp_speed(line, 0.0, 1.0)[:, 3], line[:, 0])
-    assert np.allclose(ramp_speed(line, end=0.0)[:, 3], 0.5 * (1 - line[:, 0]))
+    assert np.allclose(ramp_speed(line, 0.2, 1.0)[:, 3], 0.2 + 0.8 * line[:, 0])
+    assert np.allclose(ramp_speed(line, end=0.0)[:, 3], 0.5 * np.sqrt(1 - line[:, 0]))  # constant deceleration
     mask = np.isin(np.arange(21), [2, 3, 4, 9])
     out = ramp_speed(line, 0.2, 0.4, where=mask)[:, 3]
     assert np.allclose(out[[2, 3, 4, 9]], [0.2, 0.3, 0.4, 0.2])

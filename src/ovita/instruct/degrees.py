@@ -27,6 +27,9 @@ NEAR_SHARE = 0.15
 """Half the length of the stretch that is "near an object" on a straight path, as a share of the path's extent."""
 
 
+AT_HAND, SOON = 3.0, 4.0
+"""How far [m], or how many seconds at the mean speed, that stretch is at most, whichever is more, in large scenes."""
+
 END_SHARE = 0.25
 """Share of the waypoints that "at the start" or "at the end" means."""
 
@@ -45,15 +48,19 @@ class Scale:
 
     Args:
         extent: Diagonal of the path's bounding box [m].
+        pace: Mean speed of the path where it moves [m/s].
     """
 
     extent: float
+    pace: float = math.inf
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> Scale:
         """The scale of a trajectory; a path without extent counts as 1 m."""
         extent = extent_of(trajectory.positions)
-        return cls(extent if extent and extent > 1e-9 else 1.0)
+        moving = trajectory.speeds[trajectory.speeds > 0.0]
+        pace = float(moving.mean()) if len(moving) else math.inf
+        return cls(extent if extent and extent > 1e-9 else 1.0, pace)
 
     def step(self, degree: Degree) -> float:
         """Displacement for a degree [m], to two digits."""
@@ -84,7 +91,8 @@ class Scale:
         around = np.sort(apart[max(at - count, 0) : at + count + 1])  # of the nearest pass, not of another
         least, few = around[0], around[min(count, len(around)) - 1]
         # The stretch along a wide object is long by itself.
-        beyond = max(NEAR_SHARE * self.extent - float(core.half.max()), min(NEAR_SHARE * self.extent, WIDER * least))
+        stretch = min(NEAR_SHARE * self.extent, max(AT_HAND, SOON * self.pace))
+        beyond = max(stretch - float(core.half.max()), min(stretch, WIDER * least))
         reach = nice(max(math.hypot(least, beyond), float(few), _alongside(positions, core, apart)))
         passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
         other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)

@@ -36,8 +36,13 @@ def _arriving(found: re.Match[str]) -> str:
     return f"go {found['much'] or ''}{'faster' if found['soon'] else 'slower'}"
 
 
+def _halved(found: re.Match[str]) -> str:
+    """Half of an amount that was said before: "at 0.4 m/s, near the cup at half of that"."""
+    return f"{found['lead']}{float(found['n']) / 2.0:g} {found['unit']}"
+
+
 MEANT: Mapping[str, Callable[[re.Match[str]], str]] = {
-    "wound": _wound, "lasting": _lasting, "paced": _paced, "arriving": _arriving,
+    "wound": _wound, "lasting": _lasting, "paced": _paced, "arriving": _arriving, "halved": _halved,
 }  # fmt: skip
 """What stands as "@name" in the files of turns of phrase."""
 

@@ -20,7 +20,7 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     kinds, text = {chunk.kind for chunk in said}, f" {' '.join(chunk.text.lower() for chunk in said)} "
     for called, change in CALLED:
         if called(kinds, text):
-            frames = tuple(change(frame, said) for frame in frames)
+            frames = tuple(made for frame in frames if (made := change(frame, said)) is not None)
     if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
         frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
     return _in_its_clause(_rest_kept(_crawling(frames, said)), said)
@@ -68,6 +68,20 @@ def _more_room(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame
     if not any(abs(value - abs(frame.distance.value)) < 1e-9 for value in more):
         return frame
     return F.Approach(sense="farther", objects=frame.objects, by=replace(frame.distance, role="by"), words=frame.words)
+
+
+def _lower_down(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    """Where the path is lower than a height: "once you are lower than 1 m, no faster than 3"."""
+    part = frame.part
+    if part.kind != "beyond" or part.direction != "up" or not part.amount:
+        return frame
+    return replace(frame, part=replace(part, direction="down", amount=-part.amount))
+
+
+def _backwards(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame | None:
+    """Nothing more, where a path that is run backwards is said to end where it started."""
+    ends = isinstance(frame, F.Return) or (isinstance(frame, F.MoveEnd) and frame.place in ("start", "goal"))
+    return None if ends else frame
 
 
 FURTHER = ("another", "an extra", "an additional", "extra", "a further")
@@ -122,11 +136,16 @@ def _no_eight(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
 
 
-CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chunk]], F.SemanticFrame]], ...] = (
+HIGHER = ("up", "over", "raise", "rising")
+"""Classes of words for what is high."""
+
+CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chunk]], F.SemanticFrame | None]], ...] = (
     (lambda kinds, _: "eight" not in kinds and not kinds.isdisjoint(("circle", "laps")), _no_eight),
     (lambda _, text: any(f" {words} " in text for words in UPRIGHT), _upright),
     (lambda kinds, _: "keep" not in kinds and not kinds.isdisjoint(("down", "up", "lower", "raise")), _reached_last),
     (lambda kinds, _: "minus" in kinds, _below_zero),
+    (lambda kinds, _: not kinds.isdisjoint(("lower", "under")) and kinds.isdisjoint(HIGHER), _lower_down),
+    (lambda kinds, _: "reverse" in kinds, _backwards),
     (lambda _, text: any(f" {word} " in text for word in FURTHER), _more_room),
     (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),
 )

@@ -73,7 +73,15 @@ def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFra
 
 
 def _unshared(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
-    """Slower near one thing and near another one is not slower twice where both are near: the stronger holds there."""
+    """Slower near one thing and near another one is not slower twice where both are near: the stronger holds there.
+
+    After a thing near which there is another speed begins behind what is near it, and before it ends there.
+    """
+    about = PathPart("near", frame.part.places)
+    if frame.part.kind in ("after", "before") and any(
+        isinstance(one, F.Pace) and one.part == about and one.change != frame.change for one in builder.frames
+    ):
+        return replace(frame, part=both(frame.part, outside(about)))
     mine, mask = _factor_near(frame), builder.waypoints(frame.part)
     if mine is None:
         return frame

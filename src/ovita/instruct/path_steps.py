@@ -415,7 +415,12 @@ def waited(builder: PolicyBuilder, name: str) -> str:
 
 def extend(builder: PolicyBuilder, frame: F.Extend) -> None:
     """Go on beyond the goal: to a place, in a direction, or straight on."""
-    if frame.place:
+    item = builder.item(frame.place)
+    path = builder.trajectory.positions
+    if item is not None and item.core(path).depth(path[:1])[0] <= builder.scale.near(path, item):
+        builder.assume(f"the path starts at {item.name}")
+        come_back(builder, F.Return(words=frame.words))
+    elif frame.place:
         code, words = aimed(builder, frame.place, frame.aim)
         plan, goal = f"Continue from the goal to {words}.", f"expect_goal({code})"
         builder.add(f"traj = continue_to(traj, {code})", plan, ends={"goal": goal})

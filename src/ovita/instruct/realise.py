@@ -19,7 +19,7 @@ from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.robot import Robot
-from ovita.paths.scene import OPPOSITE, Frame, Scene
+from ovita.paths.scene import OPPOSITE, Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy.policy import TooMuch
 from ovita.toolkit import judge
@@ -105,12 +105,36 @@ def realise(
 
 
 def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
-    """A frame, or waits where the path stands by objects already in place of hovering above them."""
+    """A frame, or waits in place of hovering above objects by which the path stands, or over which it passes before it is nearest."""
     if not isinstance(frame, F.Hover) or frame.by is not None:
         return (frame,)
-    if not all(stop_by(builder, builder.scene[name]) for name in frame.objects):
+    items = [builder.scene[name] for name in frame.objects]
+    if all(stop_by(builder, item) for item in items):
+        return [F.Wait(place=item.name, duration=frame.duration, words=frame.words) for item in items]
+    over = [passed_over(builder.trajectory.positions, item, builder.axis("up")) for item in items]
+    if None in over:
         return (frame,)
-    return [F.Wait(place=name, duration=frame.duration, words=frame.words) for name in frame.objects]
+    waits = []
+    for item, at in sorted(zip(items, over, strict=True), key=lambda pair: -(pair[1] or 0)):
+        builder.assume(f"the path passes over {item.name} at waypoint {(at or 0) + 1}")
+        place = F.Quantity(float((at or 0) + 1), "waypoints", "at")
+        waits.append(F.Wait(place=place, duration=frame.duration, words=frame.words))
+    return waits
+
+
+def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
+    """The waypoint of a path (N, 3) [m] on the way that is right over an object which is nearest elsewhere; or None."""
+    rise = (path - item.position) @ up
+    level = path - rise[:, None] * up
+    aside = np.linalg.norm(level - item.position, axis=1)
+    over = (item.cuboid.signed(level)[0] <= 0.0) & (rise > float(np.abs(up @ item.rotation) @ item.size) / 2.0)
+    over[[0, -1]] = False
+    elsewhere = not over[int(item.distance(path).argmin())]  # where it is nearest else, it would be led back there
+    return (
+        int(np.where(over, aside, np.inf).argmin())
+        if elsewhere and item.dimensions is not None and over.any()
+        else None
+    )
 
 
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:

@@ -459,6 +459,7 @@ ROWS: tuple[Row, ...] = (
     Row(F.Extend, ("extend", "inc end:goal/after,goal/over,goal/to Qm"), {"by": LENGTH, "place": place("to", "", "at", "toward", "before", "on")}, {}, (), "extend end path after part whole inc double farther distance smooth touch straight", 0.2, takes_part=False, check=_extend),
     Row(F.Extend, ("extend up|down|left|right|front|back|raise|lower", "end:goal/after up|down|left|right|front|back|raise|lower", "inc end:goal/at up|down|left|right|front|back|raise|lower"), {"offset": offset}, {}, ("offset",), "extend end path after part inc", 0.1, takes_part=False),
     Row(F.Extend, ("end:goal/after obj:to,toward,by,at,near !wait|stop|hover", "end:goal/after pair"), {"place": lambda c: c.take("end") and (pair(c) or place("to", "toward", "by", "at", "near")(c))}, {}, ("place",), "end path straight smooth touch extend", 0.0, takes_part=False),
+    Row(F.Extend, ("return obj:to,by,at,near",), {"place": place("to", "by", "at", "near")}, {}, ("place",), "return end path stop straight", -0.1, takes_part=False),
     Row(F.Return, ("return",), {}, {}, (), "return end start path stop reverse", 0.0, takes_part=False),
     Row(F.Reverse, ("reverse",), {}, {}, (), "reverse path whole end back", 0.1, takes_part=False),
     Row(F.Trim, ("trim", "drop part !Qm|by"), {}, {}, (), "trim drop path whole", 0.1, check=_trim_place),

@@ -369,6 +369,12 @@ _MASKS: Mapping[str, Callable[[PathPart, Trajectory, Scene], Mask]] = {
 }
 
 
+def _beyond_words(direction: str, metres: float) -> str:
+    if direction in ("up", "down"):
+        return f"where it is higher than {metres:g} m" if direction == "up" else f"where it is lower than {-metres:g} m"
+    return f"further {direction} than {metres:g} m"
+
+
 def _amount_words(part: PathPart) -> str:
     amount = part.amount or 0.0
     end = "in the " + part.kind
@@ -409,7 +415,7 @@ _WORDS: Mapping[str, Callable[[PathPart], str]] = {
         f"at every {text.counted(p.amount or 1, 'waypoint')}" if p.amount == 1 else f"at one waypoint in {p.amount:g}"
     ),
     "heading": lambda p: f"where it heads {p.direction}",
-    "beyond": lambda p: f"further {p.direction} than {p.amount:g} m",
+    "beyond": lambda p: _beyond_words(p.direction, p.amount or 0.0),
     "turns": lambda p: "in turns",
     "indices": lambda p: "at " + text.listed([text.waypoints(a, b) for a, b in p.ranges]),
     "outside": lambda p: f"except {p.parts[0].words()}",

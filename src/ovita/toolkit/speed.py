@@ -30,6 +30,10 @@ LEAD = 0.1
 """Fraction of the path's length over which the robot slows down before a turn; it takes half to speed up again."""
 
 
+SOON = 3.0
+"""The most time at the mean speed [s] for which it is slower before a turn."""
+
+
 @operation("Speed", core=True)
 def scale_speed(traj: ArrayLike, factor: float, *, where: ArrayLike | None = None, ease: float = 0.0) -> Array:
     """Multiply the speed: 0.5 is half as fast.
@@ -129,11 +133,20 @@ def ramp_speed(
 ) -> Array:
     """Change speed steadily from start to end in m/s; None keeps that end's speed.
 
+    It is linear along the path, but to or from a standstill by constant acceleration: a linear one would creep.
+
     Args:
         where: Mask (N,), or None for all waypoints, ends included; at its edges the speed jumps from one waypoint to
             the next. Each unbroken run of it gets its own ramp.
     """
-    return _from_to(traj, start, end, where, lambda low, high, u: low * (1.0 - u) + high * u)
+    return _from_to(traj, start, end, where, _steadily)
+
+
+def _steadily(low: float, high: float, u: Array) -> Array:
+    """Speeds (N,) at the fractions u (N,) of the way between two speeds."""
+    if min(low, high) == 0.0:
+        return np.asarray(np.sqrt(low**2 * (1.0 - u) + high**2 * u))
+    return low * (1.0 - u) + high * u
 
 
 @operation("Speed")
@@ -219,8 +232,8 @@ def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> 
 
     A waypoint is in a turn if the directions over 5 % of the path's length before it and behind it differ by the angle,
     and those over 3 segments, where that is less, by a third of it. The speed is multiplied by the factor there, and by
-    less and less over 10 % of the path before a turn and 5 % after it, or over a third and a sixth of the way between
-    two turns.
+    less and less over 10 % of the path before a turn and 5 % after it, but no more than what takes 3 s, or over a third
+    and a sixth of the way between two turns.
 
     Args:
         factor: 0..1.
@@ -241,7 +254,9 @@ def slow_turns(traj: ArrayLike, factor: float = 0.5, *, angle: float = 30.0) -> 
     edged = np.concatenate([[-np.inf], turns, [np.inf]])
     ahead = edged[np.searchsorted(edged, s)] - s
     behind = s - edged[np.searchsorted(edged, s, side="right") - 1]
-    lead = np.minimum(LEAD * s[-1], (ahead + behind) / 3.0)
+    moving = rows[:, 3] > 0.0
+    soon = SOON * float(rows[moving, 3].mean()) if moving.any() else np.inf
+    lead = np.minimum(min(LEAD * s[-1], soon), (ahead + behind) / 3.0)
     lead[lead == 0.0] = 1.0
     weights = np.maximum(smoothstep(1.0 - ahead / lead), smoothstep(1.0 - 2.0 * behind / lead))
     rows[:, 3] *= np.where(weights == 1.0, times, 1.0 + (times - 1.0) * weights)
