@@ -21,6 +21,11 @@ _WISHING = re.compile(
     r"|retract|regret|take|choose|pick|confirm|approve|reject|refuse|in mind)\b|'d\b|\bnot\b.*\bbut\b",
     re.IGNORECASE,
 )
+_FEARING = re.compile(
+    r"\b(?:don'?t|do not|wouldn'?t) want (?:it|them|those|these|that|him|her|any\w*|the \w+)(?: to)?"
+    r" (?=\w+ed\b|get|wak|hurt|spill|break|hit|broken|wet|dirty)",
+    re.IGNORECASE,
+)
 _SO = r"so\b(?! (?:that|as|far|long|much|close|fast|slow|high|low|many|to)\b)"
 _BREAKS = re.compile(rf"((?<=[\w)])[,;:]\s+|(?<=[.!?])\s+|(?<=\w)\s+(?={_SO}))", re.IGNORECASE)
 _POINTING = re.compile(r"\b(?:it|its|them|him|her|there|that|this|those|these|one|ones)\b", re.IGNORECASE)
@@ -63,7 +68,7 @@ def _end(clause: str) -> str:
 
 def _tells(clause: str, begins: bool, scene: Scene) -> bool:
     """Whether a clause tells what somebody does, or begins one about what is neither an object nor the path."""
-    if _WISHING.search(clause):
+    if _WISHING.search(_FEARING.sub("", clause)):
         return False
     if _TELLING.search(clause):
         return not any(chunk.kind in AMOUNTS for chunk in chunks(clause, scene)[0])  # "I'm talking twenty feet"

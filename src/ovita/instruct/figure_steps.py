@@ -379,7 +379,8 @@ def trim(builder: PolicyBuilder, frame: F.Trim) -> None:
         return
     where, words = builder.part(part)
     ends = {"start": f"expect_start(original[{left[0]}, :3])", "goal": f"expect_goal(original[{left[-1]}, :3])"}
-    plan, ends = f"Leave out the waypoints{words}.", ends if builder.alone else {}
+    what = words.removeprefix(" in") if words.endswith("waypoints") else f" the waypoints{words}"
+    plan, ends = f"Leave out{what}.", ends if builder.alone else {}
     builder.add(f"traj = traj[~{where}]", plan, ends=ends | {"waypoints": ""})
 
 

@@ -41,8 +41,20 @@ def _halved(found: re.Match[str]) -> str:
     return f"{found['lead']}{float(found['n']) / 2.0:g} {found['unit']}"
 
 
+def _stopping(found: re.Match[str]) -> str:
+    """A stop that is too long, or too short: "the stop at the rack is too long, half of that will do"."""
+    much = (found["much"] or ("half" if found["way"].lower() == "long" else "twice")).lower()
+    return f"wait {much} as long {found['at']}"
+
+
+def _slowly(found: re.Match[str]) -> str:
+    """Longer beside a thing that it passes: "spend twice as long scanning the shelf"."""
+    return f"go {'twice' if found['how'].lower() == 'half' else 'half'} as fast near "
+
+
 MEANT: Mapping[str, Callable[[re.Match[str]], str]] = {
     "wound": _wound, "lasting": _lasting, "paced": _paced, "arriving": _arriving, "halved": _halved,
+    "stopping": _stopping, "slowly": _slowly,
 }  # fmt: skip
 """What stands as "@name" in the files of turns of phrase."""
 
@@ -160,11 +172,19 @@ def _counted(text: str, kind: str, names: Container[str]) -> str:
     for number, word in enumerate(_COUNTS, 1):
         if f"{kind} {number}" in names and f"{kind} {word}" not in names:
             text = re.sub(rf"\b{re.escape(kind)} {word}\b", f"{kind} {number}", text, flags=re.IGNORECASE)
+    span = rf"\b{re.escape(kind)}s? (?P<a>\d+) (?:to|through|-) (?P<b>\d+)\b"
+    text = re.sub(span, lambda found: _from_to(found, kind, names), text, flags=re.IGNORECASE)
     pair = rf"\b{re.escape(kind)}s? (?P<one>\d+),? (?P<and>and|or) (?P<two>\d+)(?! ?{filled('{UNIT}')}\b)\b"
     text = re.sub(pair, rf"{kind} \g<one> \g<and> {kind} \g<two>", text, flags=re.IGNORECASE)
     same = rf"(?P<more>[^.;]*?),? (?:it|that)(?:'s| is) {re.escape(kind)} (?P<n>\d+)"
     named = rf"\b(?:the|our|my|that) {re.escape(kind)}\b(?! \d){same}"
     return re.sub(named, rf"{kind} \g<n>\g<more>", text, flags=re.IGNORECASE)
+
+
+def _from_to(found: re.Match[str], kind: str, names: Container[str]) -> str:
+    """All objects of a kind from a number to another: "panels 2 to 4"."""
+    listed = [f"{kind} {number}" for number in range(int(found["a"]), int(found["b"]) + 1)]
+    return " and ".join(listed) if listed and all(name in names for name in listed) else found[0]
 
 
 def without_cargo(text: str, scene: Scene) -> str:

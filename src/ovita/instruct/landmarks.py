@@ -59,13 +59,19 @@ LONG = 0.4
 _NUMBERS = {"first": 0, "1st": 0, "second": 1, "2nd": 1, "third": 2, "3rd": 2, "fourth": 3, "4th": 3, "fifth": 4,
             "5th": 4, "last": -1, "final": -1}  # fmt: skip
 
-_STRETCH = "pass|row|line|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run"
+_STRETCH = "pass|row|line|lane|leg|corridor|hallway|aisle|swath|straight|stretch|run|stroke"
 _HIGHER = {"top": 1.0, "upper": 1.0, "highest": 1.0, "bottom": -1.0, "lower": -1.0, "lowest": -1.0}
 _NUMBER = rf"({'|'.join((*_NUMBERS, *_HIGHER))}|middle)"
 _NUMBERED = re.compile(  # not "first pass the cup"
     rf"\b(?:the\s+|(?<=in )|(?<=on )){_NUMBER}\s+(?:{_STRETCH})\b"
     rf"|\b{_NUMBER}\s+(?:{_STRETCH})"
     r"(?=\s+(?:is|was|should|needs?|has|half|at|slower|faster|higher|lower|deeper|closer|farther|further|\d+(?:\.\d+)?)\b)",
+    re.IGNORECASE,
+)
+_COUNTS = {"two": 2, "2": 2, "three": 3, "3": 3, "four": 4, "4": 4}
+_SEVERAL = re.compile(
+    rf"\bthe\s+({'|'.join((*_HIGHER, 'first', 'last', 'final'))})\s+({'|'.join(_COUNTS)})\s+(?:{_STRETCH})s\b"
+    r"|\b(?:all\s+(?:of\s+)?)?the\s+(?:strokes|rows|swaths)\b",
     re.IGNORECASE,
 )
 _CORNER = re.compile(
@@ -85,7 +91,7 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
         positions: The path (N, 3) [m], or None.
     """
     words = {word.lower() for item in scene for word in item.name.split()}
-    named = [found for pattern in (_NUMBERED, _CORNER) for found in pattern.finditer(text)]
+    named = [found for pattern in (_NUMBERED, _SEVERAL, _CORNER) for found in pattern.finditer(text)]
     if positions is None or not named or any(not words.isdisjoint(one[0].lower().split()) for one in named):
         return text, ""
     stretches = straights(positions)
@@ -97,6 +103,14 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
             return found[0]
         first, last = stretches[number]
         said = f"waypoints {first + 1} to {last + 1}"
+        taken[f"'{found[0].lower().removeprefix('the ')}'"] = said
+        return said
+
+    def several(found: re.Match[str]) -> str:
+        chosen = _which_of(stretches, found[1], _COUNTS.get(found[2] or "", 0), positions @ scene.frame.direction("up"))
+        if not chosen:
+            return found[0]
+        said = " and ".join(f"waypoints {first + 1} to {last + 1}" for first, last in chosen)
         taken[f"'{found[0].lower().removeprefix('the ')}'"] = said
         return said
 
@@ -114,7 +128,7 @@ def by_number(text: str, scene: Scene, positions: Array | None) -> tuple[str, st
 
     if len(stretches) < 2:
         return text, ""
-    text = _CORNER.sub(corner, _NUMBERED.sub(stretch, text))
+    text = _CORNER.sub(corner, _NUMBERED.sub(stretch, _SEVERAL.sub(several, text)))
     text = _LEFT_OUT.sub(lambda found: _without(int(found["a"]), int(found["b"]), len(positions)), text)
     return text, f"It is taken that {' and '.join(f'{k} is {v}' for k, v in taken.items())}." if taken else ""
 
@@ -144,6 +158,31 @@ def _which(stretches: Sequence[tuple[int, int]], said: str, up: Array) -> int:
         level = len(stretches) < 2 or max(heights) - min(heights) < LEVEL * float(np.ptp(up))
         return len(stretches) if level else int(np.argmax(heights))
     return _NUMBERS.get(said, len(stretches) // 2 if len(stretches) % 2 else len(stretches))
+
+
+def _which_of(
+    stretches: Sequence[tuple[int, int]], said: str | None, count: int, up: Array
+) -> Sequence[tuple[int, int]]:
+    """Several stretches by their order or by their height, or all of them; those that follow each other as one.
+
+    Args:
+        stretches: The first and last waypoint of each.
+        said: "first", "last" or "top"; None for all.
+        count: How many.
+        up: The height of each waypoint (N,) [m].
+    """
+    if said is None:
+        return [(stretches[0][0], stretches[-1][1])]
+    if count >= len(stretches):
+        return ()
+    if (way := _HIGHER.get(said.lower())) is not None:
+        heights = [-way * float(up[a : b + 1].mean()) for a, b in stretches]
+        chosen = sorted(np.argsort(heights, kind="stable")[:count].tolist())
+    else:
+        chosen = [*range(len(stretches))][:count] if said.lower() == "first" else [*range(len(stretches))][-count:]
+    if chosen[-1] - chosen[0] + 1 == count:
+        return [(stretches[chosen[0]][0], stretches[chosen[-1]][1])]
+    return [stretches[i] for i in chosen]
 
 
 _STOP = re.compile(
@@ -262,7 +301,8 @@ def by_stops(text: str, scene: Scene, positions: Array | None) -> str:
     still = runs((np.diff(positions, axis=0) == 0.0).all(axis=1))
     stops = _Stops(scene, positions, tuple((a, b + 1) for a, b in still if a > 0 and b + 2 < len(positions)))
     if (turn := turning_back(positions, [a for a, _ in stops.at])) is not None:
-        text = _BACK.sub(f"from waypoint {turn + 1} on", _OUT.sub(f"up to waypoint {turn + 1}", text))
+        home = len(positions) - 1  # the goal stays where it is
+        text = _BACK.sub(f"from waypoint {turn + 1} to waypoint {home}", _OUT.sub(f"up to waypoint {turn + 1}", text))
     called = "|".join([*map(re.escape, stops.called), "$"])
     text = re.sub(_LASTS % called, stops.lasting, text, flags=re.IGNORECASE)
     text = _KEPT.sub(stops.kept, text)
@@ -360,7 +400,7 @@ class _Stops:
         Args:
             waits: Whether it is to wait there, so that the place is meant and not the way down to it.
         """
-        if not self.draws_back:
+        if not self.draws_back and (len(self.at) < 2 or self.at[-1][1] + 2 > len(self.positions) - 1):
             return "at the end"
         first = self.at[-1][0]
         after = self.at[-2][1] if len(self.at) > 1 else 0

@@ -9,7 +9,7 @@ from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.paths.part import WHOLE
+from ovita.paths.part import WHOLE, PathPart, any_of
 
 
 def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
@@ -78,6 +78,14 @@ def _lower_down(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     return replace(frame, part=replace(part, direction="down", amount=-part.amount))
 
 
+def _beside_both(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    """Near each of two things of which nothing says between: "slow down around the switch and the socket"."""
+    part = frame.part
+    if part.kind != "between" or not all(isinstance(place, str) for place in part.places):
+        return frame
+    return replace(frame, part=any_of([PathPart("near", (place,)) for place in part.places]))
+
+
 def _backwards(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame | None:
     """Nothing more, where a path that is run backwards is said to end where it started."""
     ends = isinstance(frame, F.Return) or (isinstance(frame, F.MoveEnd) and frame.place in ("start", "goal"))
@@ -136,6 +144,9 @@ def _no_eight(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     return replace(frame, shape="circle") if eight else frame  # type: ignore[call-arg]
 
 
+BETWEEN = ("between", "gap", "thru", "from", "to", "before", "after", "pair")
+"""Classes of words for what is between two things."""
+
 HIGHER = ("up", "over", "raise", "rising")
 """Classes of words for what is high."""
 
@@ -146,6 +157,7 @@ CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chu
     (lambda kinds, _: "minus" in kinds, _below_zero),
     (lambda kinds, _: not kinds.isdisjoint(("lower", "under")) and kinds.isdisjoint(HIGHER), _lower_down),
     (lambda kinds, _: "reverse" in kinds, _backwards),
+    (lambda kinds, _: "around" in kinds and kinds.isdisjoint(BETWEEN), _beside_both),
     (lambda _, text: any(f" {word} " in text for word in FURTHER), _more_room),
     (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),
 )

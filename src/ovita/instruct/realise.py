@@ -105,7 +105,7 @@ def realise(
 
 
 def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
-    """A frame, or waits in place of hovering above objects by which the path stands, or over which it passes before it is nearest."""
+    """A frame, or waits in place of hovering above objects, where the path stands by them or passes over them."""
     if not isinstance(frame, F.Hover) or frame.by is not None:
         return (frame,)
     items = [builder.scene[name] for name in frame.objects]

@@ -8,6 +8,7 @@ how likely a reading is meant.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -134,12 +135,23 @@ def understand(
         quick: Whether the network need not be asked where the rules read one frame from all of a short utterance.
     """
     positions = None if trajectory is None else trajectory.positions
-    text, taken = put_plainly(text, scene, positions, first=not before)
+    said = text
+    text, taken = put_plainly(said, scene, positions, first=not before)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
+    found = found if text == said else _in_own_words(found, said)
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
+
+
+def _in_own_words(found: Understanding, said: str) -> Understanding:
+    """A verdict that names no words which were put in place of those that were said."""
+    known = said.lower()
+    unused = tuple(word for word in found.unused if word.lower() in known)
+    quotes = re.compile(r"'([^']+)'|\"([^\"]+)\"")
+    doubts = (text for text in found.doubts if all(a.lower() in known and b in known for a, b in quotes.findall(text)))
+    return replace(found, unused=unused, doubts=tuple(doubts))
 
 
 def otherwise(
