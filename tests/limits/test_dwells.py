@@ -7,6 +7,7 @@ from ovita.paths.robot import Box, Robot
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 
+REPAIR = ConstraintOptions(repair_original=True)
 LINE = np.column_stack([np.linspace(0, 2, 41), np.zeros((41, 2)), np.full(41, 0.3)])
 
 
@@ -23,7 +24,10 @@ def stands(trajectory):
 def test_a_dwell_inside_an_obstacle_is_moved_as_a_whole():
     scene = Scene((SceneObject("post", [1.0, 0.01, 0.0], [0.2, 0.2, 0.2]),))
     proposed = with_dwell(LINE, 20)
-    solution = constrain(proposed, scene, Robot.preset("none"), original=Trajectory.from_array(LINE))
+    before, robot = Trajectory.from_array(LINE), Robot.preset("none")
+    left = constrain(proposed, scene, robot, original=before)  # it only stands where the path had led anyway
+    assert left.verdict.status == "preexisting" and left.trajectory == proposed
+    solution = constrain(proposed, scene, robot, original=before, options=REPAIR)
     assert solution.verdict.status == "repaired"
     assert stands(proposed) == stands(solution.trajectory) == 10
     assert len(solution.trajectory) == len(proposed)
@@ -32,10 +36,11 @@ def test_a_dwell_inside_an_obstacle_is_moved_as_a_whole():
 def test_a_dwell_outside_the_workspace_and_a_pinned_one():
     robot = Robot("flat", Box((-5, -5, 0.2), (5, 5, 1.0)))
     proposed = with_dwell(LINE, 20)
-    solution = constrain(proposed, Scene(), robot, original=Trajectory.from_array(LINE))
+    before = Trajectory.from_array(LINE)
+    solution = constrain(proposed, Scene(), robot, original=before, options=REPAIR)
     assert solution.verdict.status == "repaired" and stands(solution.trajectory) == 10
     pinned = constrain(
-        proposed, Scene(), robot, original=Trajectory.from_array(LINE), options=ConstraintOptions(pinned=(25,))
+        proposed, Scene(), robot, original=before, options=ConstraintOptions(pinned=(25,), repair_original=True)
     )
     assert pinned.verdict.status == "infeasible" and "waypoint" in " ".join(pinned.verdict.conflicts)
     assert np.array_equal(pinned.trajectory.positions[25], proposed.positions[25])

@@ -154,10 +154,14 @@ def _value(was: F.SemanticFrame, now: F.SemanticFrame, slot: str) -> float | Non
     return q.value if q is not None and old is not None and q.unit == old.unit else None
 
 
+CHANGING = frozenset("higher lower left right faster slower closer nearer farther further longer wait stop".split())
+"""Words with which a number is another change, not the value of a parameter that is near what they name."""
+
+
 def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     """The new value of a parameter that an utterance calls by its name: "set the influence radius to 1.2"."""
     q, words = stated(said, scene)
-    if q is None:
+    if q is None or not CHANGING.isdisjoint(words):
         return {}
     fitting = [p for p in result.parameters if isinstance(p.value, int | float) and q.unit in ("", dimension(p.unit))]
     shared = {p.name: len({w for w in p.name.lower().split("_") if len(w) > 2} & words) for p in fitting}

@@ -28,6 +28,11 @@ _FEARING = re.compile(
 )
 _SO = r"so\b(?! (?:that|as|far|long|much|close|fast|slow|high|low|many|to)\b)"
 _BREAKS = re.compile(rf"((?<=[\w)])[,;:]\s+|(?<=[.!?])\s+|(?<=\w)\s+(?={_SO}))", re.IGNORECASE)
+_PRAISE = re.compile(
+    r"^\W*(?:(?:good|nice|great|lovely|fine|ok|okay|perfect|thanks|thank you|right|alright|cool|super)[.!,] ?)+"
+    r"(?=\w+ \w+ \w)",
+    re.IGNORECASE,
+)
 _POINTING = re.compile(r"\b(?:it|its|them|him|her|there|that|this|those|these|one|ones)\b", re.IGNORECASE)
 
 
@@ -42,6 +47,7 @@ def without_asides(text: str, scene: Scene, *, first: bool) -> str:
         scene: With the names of objects.
         first: Whether it is the first about a path; what follows may tell of what came of that ("the sign is wrong").
     """
+    text = text if first else _PRAISE.sub("", text)
     begun, *more = _BREAKS.split(text)
     clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
     behind = [*more[::2], ""]  # before a "so", even what begins an utterance is a reason

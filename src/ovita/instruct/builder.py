@@ -340,6 +340,9 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
         return replace(part, amount=part.amount or 0.0, direction=builder.word(part.direction))
     if part.kind in SHARES and part.amount is None:
         share, said, which = SHARES[part.kind]
+        if part.kind in ("first", "last") and (metres := builder.scale.end(builder.trajectory.positions)) is not None:
+            builder.assume(f'"{said}" is the {which} {metres:g} m')
+            return replace(part, amount=metres, unit="m")
         builder.assume(f'"{said}" is the {which} {share:.0%} of the waypoints')
         return replace(part, amount=share, unit="share")
     if part.kind == "indices" and not part.ranges:

@@ -74,6 +74,12 @@ class Scale:
         )
         return f"slightly/plain/much: {shift} m, slower x{slower}, faster x{faster}."
 
+    def end(self, positions: Array) -> float | None:
+        """How much of a large path (N, 3) [m] is its start or its end [m]; None where the usual share is less."""
+        most = 2.0 * max(AT_HAND, SOON * self.pace)
+        usual = END_SHARE * float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum())
+        return nice(most) if most < usual else None
+
     def near(self, positions: Array, item: SceneObject, kept: float = 0.0) -> float:
         """Distance to the object's centre that counts as near a path [m].
 

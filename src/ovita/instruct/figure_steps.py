@@ -231,6 +231,9 @@ def tilt(builder: PolicyBuilder, frame: F.Tilt) -> None:
 def resize(builder: PolicyBuilder, frame: F.Resize) -> None:
     """Larger or smaller as a whole."""
     where, part = builder.part(frame.part)
+    kept = [one.what for one in builder.frames if isinstance(one, F.Keep) and one.what in ("start", "goal")]
+    if len(kept) == 1 and not (frame.about or frame.part):  # an end that stays is what it is scaled about
+        frame = replace(frame, about=kept[0])
     factor, about = _size_factor(builder, frame), _about(builder, frame.about)
     meaning = "factor on the size of the path"
     name = builder.knob("factor", factor, "factor", meaning, "by", unit="", direction="larger")

@@ -264,16 +264,20 @@ _PASSED_IT = re.compile(
 
 _THERE = re.compile(
     r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"
-    r"|slower|faster|higher|lower|slow down|speed up|closer)\b[^.,;!?]*?) "
+    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace)\b[^.,;!?]*?) "
     r"there\b(?! (?:is|are|was|were)\b)",
     re.IGNORECASE,
 )
+
+
+_FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
 
 
 def with_place(text: str, place: str, scene: Scene) -> str:
     """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
+    text = _FROM_THERE.sub(f"from {place.removeprefix('at ')} ", text) if place.startswith("at the ") else text
     return _THERE.sub(lambda found: f"{found['do']} {place}", text)
 
 

@@ -197,7 +197,7 @@ def _each_left(it: Facts) -> str:
     """Each corner of a thing, or every row, of which only the thing is read."""
     parts = {one.kind for frame in it.frames for one in (frame.part, *frame.part.parts)}
     for each, what in pairwise(it.row):
-        many = each.kind == "every" and what.kind in ("turns", "unknown")
+        many = each.kind == "every" and (what.kind in ("turns", "unknown") or _is_strange(what))
         if many and parts.isdisjoint(("every", "turns")) and len({n for f in it.frames for n in f.named}) < 2:
             return f"{each.text!r} {what.text} has no place in it."
     return ""

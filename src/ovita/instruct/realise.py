@@ -105,7 +105,22 @@ def realise(
 
 
 def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
-    """A frame, or waits in place of hovering above objects, where the path stands by them or passes over them."""
+    """A frame as what it is on a path that stands still on the way.
+
+    Hovering above objects by which it stands, or over which it passes, is to wait there. A goal at an object by which
+    it stands is that stop, and to stop short of it is to keep so far away.
+    """
+    item = builder.item(frame.place) if isinstance(frame, F.MoveEnd | F.StopAt) else None
+    stop = stop_by(builder, item) if item is not None else ""
+    if item is not None and stop and int(stop) < len(builder.trajectory) - 2:
+        match frame:
+            case F.MoveEnd(end="goal", offset=(), aim="", relation="to") if not builder.has(F.Visit, F.Side):
+                builder.assume(f"the path stops at {item.name} on the way, and ends there")
+                return (F.StopAt(place=item.name, words=frame.words),)
+            case F.StopAt(by=F.Quantity() as by):
+                builder.assume(f"the path stops at {item.name} and goes on, so that it stays that far away")
+                far = replace(by, role="at_least")
+                return (F.Clearance(objects=(item.name,), distance=far, words=frame.words),)
     if not isinstance(frame, F.Hover) or frame.by is not None:
         return (frame,)
     items = [builder.scene[name] for name in frame.objects]

@@ -26,7 +26,7 @@ from ovita.limits.qp import Weights, smooth_axes
 from ovita.limits.route import Blocked, legal_path
 from ovita.limits.sequential import STEPS, improve
 from ovita.limits.verify import FLAT, Dynamics, Measure, Worst, bend_speed, compare, dynamics, measure_all, plane
-from ovita.paths.geometry import lengths
+from ovita.paths.geometry import lengths, path_distances
 from ovita.paths.robot import Robot, Shell
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory, arc_length
@@ -48,8 +48,8 @@ def constrain(
 ) -> Solution:
     """Bring a proposed trajectory within the limits, moving it as little as possible.
 
-    Nothing is touched when every limit holds and no smoothing is asked for; a path that equals the original's bit
-    by bit is never moved (unless `repair_original` or smoothing is asked for), only its speeds are limited.
+    Nothing is touched when every limit holds and no smoothing is asked for; a path that runs along the
+    original is never moved (unless `repair_original` or smoothing is asked for), only its speeds are limited.
 
     Args:
         proposed: What the policy made.
@@ -103,7 +103,7 @@ class _Task:
         if options.lambda_smooth == "auto":
             options, notes = choose_smoothing(self.proposed, self.problem(options), options)
         smooth = bool(options.lambda_smooth)
-        untouched = np.array_equal(self.proposed.positions, self.original.positions)
+        untouched = _runs_along(self.proposed.positions, self.original.positions)
         keep_path = untouched and not options.repair_original and not smooth
         move = not keep_path and (smooth or any(m.geometric for m in self.pressing))
         for height in self.heights if move else (None,):
@@ -242,6 +242,18 @@ class _Task:
             notes=notes,
         )
         return Solution(result, verdict)
+
+
+def _runs_along(path: Array, original: Array) -> bool:
+    """Whether a path (N, 3) [m] leaves another one nowhere: it may stand still longer, end sooner, or run backwards."""
+    if np.array_equal(path, original):
+        return True
+    between = (path[1:] + path[:-1]) / 2.0
+    return bool(path_distances(original, np.concatenate([path, between])).max() <= SAME)
+
+
+SAME = 1e-9
+"""How far off another path a point is still on it [m]."""
 
 
 def solve_with_dwells(problem: PathProblem, steps: int = STEPS) -> tuple[Array, tuple[Blocked, ...]]:
