@@ -197,7 +197,7 @@ def _some(edits: Sequence[E.Edit], kinds: type[E.Edit] | UnionType) -> bool:
     return any(isinstance(edit, kinds) for edit in edits)
 
 
-def _only(edits: Sequence[E.Edit], kind: type[E.Edit]) -> bool:
+def _only(edits: Sequence[E.Edit], kind: type[E.Edit] | UnionType) -> bool:
     """Whether all edits are of a kind."""
     return all(isinstance(edit, kind) for edit in edits)
 
@@ -299,11 +299,49 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     if it.best.sure:
         return {"rules": it.reading}
     found: dict[str, F.Reading | None] = {"instruction": None}
+    if _of_nothing_done(it, heard):
+        return found
     if it.best.question or not (_idle(it.best.edits, it.said.before) or _anew(it, heard)):
         found["rules"] = it.reading
     if not (heard.edits.question or _is_odd(it, heard.edits.edits) or _agree(it, heard)):
         found["network"] = heard.edits
     return found
+
+
+def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
+    """Whether words are about a kind of change that was not made: "a little higher" after a change of speed alone."""
+    edits = (*it.best.edits, *heard.edits.edits)
+    if not edits or not (_only(edits, E.Rescale | E.Set) or _gives_up(edits)):
+        return False
+    words = {*words_in(it.said.pieces)}
+    meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
+    return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
+
+
+def _is_of(kind: str, frame: F.SemanticFrame) -> bool:
+    """Whether a frame is a change of a kind."""
+    match frame:
+        case F.Pace(amount=F.Quantity(unit="s")):
+            return kind in ("pace", "time")
+        case F.Pace():
+            return kind == "pace"
+        case F.Wait() | F.NoStop() | F.StopAt():
+            return kind != "pace" and (kind != "height" or (isinstance(frame, F.Wait) and bool(frame.aim)))
+        case F.Shift() | F.MoveEnd(offset=[_, *_]) | F.Bound() | F.Side():
+            upright = not {"up", "down"}.isdisjoint(directions_of(frame))
+            return (kind == "height" and upright) or kind == "room" or isinstance(frame, F.MoveEnd)
+        case F.Approach() | F.Clearance() | F.Avoid():
+            return kind == "room"
+    return kind != "pace"
+
+
+KINDS = {
+    "pace": frozenset("speed pace fast faster slow slower quick quicker boost slowdown slowing".split()),
+    "height": frozenset("high higher low lower height".split()),
+    "time": frozenset("long longer wait waiting seconds".split()),
+    "room": frozenset("close closer near nearer far farther wide wider distance room".split()),
+}
+"""What people say changes of a kind are about."""
 
 
 def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
