@@ -33,8 +33,9 @@ AT_HAND, SOON = 3.0, 4.0
 END_SHARE = 0.25
 """Share of the waypoints that "at the start" or "at the end" means."""
 
-NEAR_WAYPOINTS = 0.1
-"""Least share of the waypoints that are "near an object", so that sparse waypoints have some too."""
+NEAR_WAYPOINTS, FEW = 0.1, 4
+"""Least share of the waypoints that are "near an object", so that sparse waypoints have some too, and how many at
+most."""
 
 
 def extent_of(positions: Array | None) -> float | None:
@@ -93,7 +94,7 @@ class Scale:
         """
         core = item.core(positions)
         apart = np.maximum(core.depth(positions), kept)
-        at, count = int(apart.argmin()), max(math.ceil(NEAR_WAYPOINTS * len(apart)), 1)
+        at, count = int(apart.argmin()), min(max(math.ceil(NEAR_WAYPOINTS * len(apart)), 1), FEW)
         around = np.sort(apart[max(at - count, 0) : at + count + 1])  # of the nearest pass, not of another
         least, few = around[0], around[min(count, len(around)) - 1]
         # The stretch along a wide object is long by itself.

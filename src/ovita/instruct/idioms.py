@@ -270,6 +270,7 @@ _THERE = re.compile(
 )
 
 
+_HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
 _FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
 
 
@@ -277,6 +278,7 @@ def with_place(text: str, place: str, scene: Scene) -> str:
     """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
+    text = _HOVER.sub("wait", text)
     text = _FROM_THERE.sub(f"from {place.removeprefix('at ')} ", text) if place.startswith("at the ") else text
     return _THERE.sub(lambda found: f"{found['do']} {place}", text)
 

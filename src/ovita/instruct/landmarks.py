@@ -387,6 +387,8 @@ class _Stops:
         aside = f"{found['by']} further {found['way']}"
         if not self.draws_back and len(self.at) < 2:
             return f"end {aside}"
+        if found["way"].lower() in ("lower", "higher"):  # what is above it stays
+            return f"go {aside} {self.put_down(waits=False)}"
         s, before = arc_length(self.positions), self.at[-2][1] if len(self.at) > 1 else 0
         begin = int(np.searchsorted(s, (s[before] + s[self.at[-1][0]]) / 2.0))
         if self.draws_back:

@@ -309,13 +309,25 @@ def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
 
 
 def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
-    """Whether words are about a kind of change that was not made: "a little higher" after a change of speed alone."""
+    """Whether words are about a kind of change that was not made: "a little higher" after a change of speed alone.
+
+    To give up all is about nothing that was done, too, where an object is named that no change is about.
+    """
     edits = (*it.best.edits, *heard.edits.edits)
     if not edits or not (_only(edits, E.Rescale | E.Set) or _gives_up(edits)):
         return False
+    named = {name for piece in it.said.active for name in piece.items}
+    if named and _gives_up(edits) and named.isdisjoint(name for frame in it.said.before for name in _about(frame)):
+        return True
     words = {*words_in(it.said.pieces)}
     meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
     return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
+
+
+def _about(frame: F.SemanticFrame) -> list[str]:
+    """The objects that a frame or its part of the path is about."""
+    parts = (frame.part, *frame.part.parts, *(inner for part in frame.part.parts for inner in part.parts))
+    return [*frame.named, *(place for part in parts for place in part.places if isinstance(place, str))]
 
 
 def _is_of(kind: str, frame: F.SemanticFrame) -> bool:
@@ -332,6 +344,8 @@ def _is_of(kind: str, frame: F.SemanticFrame) -> bool:
             return (kind == "height" and upright) or kind == "room" or isinstance(frame, F.MoveEnd)
         case F.Approach() | F.Clearance() | F.Avoid():
             return kind == "room"
+        case F.Keep():
+            return False
     return kind != "pace"
 
 

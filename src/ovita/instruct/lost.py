@@ -203,6 +203,18 @@ def _each_left(it: Facts) -> str:
     return ""
 
 
+def _corner_left(it: Facts) -> str:
+    """A corner that is said to be there, and has no part in what is read: "it drives a big corner; cut that off"."""
+    used = {one.kind for frame in it.frames for one in (frame.part, *frame.part.parts)} | {"turns"} & {
+        getattr(frame, "change", "") for frame in it.frames
+    }
+    trims = it.frames_of(F.Trim)
+    word = next(
+        (chunk.text for chunk in it.said if chunk.kind == "turns" and chunk.text.lower().endswith("corner")), ""
+    )
+    return f"{word!r} has no place in it." if word and trims and "turns" not in used else ""
+
+
 def _over_unsaid(it: Facts) -> str:
     """A way over or under something of which no word tells: "pass the cup with 10 cm to spare"."""
     told = any(word.startswith(("over", "ov", "ab", "und", "ben", "top")) for word in it.words)  # also misspelt
@@ -355,6 +367,7 @@ LOST = (
     _pointed,
     _counted,
     _each_left,
+    _corner_left,
     _over_unsaid,
     _without_unit,
     _goes_on,

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.paths.part import WHOLE, PathPart, any_of
+from ovita.paths.part import WHOLE, PathPart, any_of, outside
 
 
 def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
@@ -23,7 +23,29 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
             frames = tuple(made for frame in frames if (made := change(frame, said)) is not None)
     if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
         frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
-    return _in_its_clause(_rest_kept(_crawling(frames, said)), said)
+    return _in_its_clause(_rest_kept(_but_for_ends(_crawling(frames, said), kinds)), said)
+
+
+def _but_for_ends(frames: tuple[F.SemanticFrame, ...], kinds: Set[str]) -> tuple[F.SemanticFrame, ...]:
+    """A shift of all but the start, or the goal, which is a point: the path bends towards it."""
+    made: list[F.SemanticFrame] = []
+    for frame in frames:
+        end = next((end for end, part in ENDS.items() if frame.part == part and end in kinds), None)
+        if isinstance(frame, F.Shift) and end is not None:
+            kept = F.Keep(what=end, words=frame.words)
+            made += [*([] if any(_keeps(one, end) for one in frames) else [kept]), replace(frame, part=WHOLE)]
+        else:
+            made.append(frame)
+    return tuple(made)
+
+
+def _keeps(frame: F.SemanticFrame, end: str) -> bool:
+    """Whether a frame keeps an end."""
+    return isinstance(frame, F.Keep) and frame.what in (end, "ends")
+
+
+ENDS: Mapping[F.End, PathPart] = {"start": outside(PathPart("first")), "goal": outside(PathPart("last"))}
+"""All but what is at an end."""
 
 
 def _rest_kept(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:

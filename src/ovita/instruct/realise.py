@@ -195,7 +195,8 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
     kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
-    rest = [outside(part) for part in kept if part not in (frame.part, behind)]
+    told = (frame.part, *frame.part.parts)
+    rest = [left for part in kept if part not in (*told, behind) and (left := outside(part)) not in told]
     parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 

@@ -249,6 +249,7 @@ def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None)
         replace(reading, frames=as_named(in_turn(halted(at_speed(reading.frames, said), said), said), said)), said
     )
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
+    also = [(*as_named(at_speed((frame,), said), said), frame)[0] for frame in also]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
     edits = tuple(replace(edit, frame=next(made)) if isinstance(edit, Also) else edit for edit in reading.edits)
