@@ -50,8 +50,8 @@ def without_asides(text: str, scene: Scene, *, first: bool) -> str:
     text = text if first else _PRAISE.sub("", text)
     begun, *more = _BREAKS.split(text)
     clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
-    behind = [*more[::2], ""]  # before a "so", even what begins an utterance is a reason
-    reasons = [first or bool(before) or (k < 1 and behind[k].isspace()) for k, (before, _) in enumerate(clauses)]
+    so = any(re.match(_SO, clause, re.IGNORECASE) for _, clause in clauses[1:2])  # what it begins with is a reason
+    reasons = [first or bool(before) or (k < 1 and so) for k, (before, _) in enumerate(clauses)]
     told = [
         may and _tells(clause, (first or not before) and "," not in before, scene)
         for may, (before, clause) in zip(reasons, clauses, strict=True)

@@ -494,9 +494,8 @@ ABOUT = 0.05
 
 def _stops(rows: Array) -> list[int]:
     """The first waypoint of each stop before the goal at which the path stands still for a while."""
-    return [
-        int(i) for i in np.flatnonzero(rows[:-1, 3] <= 0.0) if stands(rows, int(i))[0] == i < stands(rows, int(i))[1]
-    ]
+    found = {stands(rows, int(i)) for i in np.flatnonzero(rows[:-1, 3] <= 0.0)}
+    return sorted(first for first, last in found if first < last)
 
 
 def _stop_meant(builder: PolicyBuilder, place: F.Place) -> F.Place:
