@@ -118,7 +118,7 @@ def test_no_stop_and_faster_in_a_part_go_together():
     [
         ("faster after the first stop", "faster from waypoint {first} on"),
         ("faster after the stop at the rack", "faster after the stop at the rack"),
-        ("skip the rack", "no stop at the rack"),
+        ("skip the rack", "make no stop at the rack"),
         ("skip the plate", "skip the plate"),
         ("double the pause at the rack", "wait 40 timesteps at the rack"),
         (

@@ -26,8 +26,18 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
-from ovita.instruct.frames import SPOTS, Keep, Quantity, Reading, SemanticFrame, Smooth, name_of, with_selection
-from ovita.instruct.idioms import with_name, with_place, with_thing
+from ovita.instruct.frames import (
+    SPOTS,
+    Keep,
+    Quantity,
+    Reading,
+    SemanticFrame,
+    Smooth,
+    frame_objects,
+    name_of,
+    with_selection,
+)
+from ovita.instruct.idioms import with_both, with_name, with_place, with_thing
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.numerals import amount_at
@@ -212,6 +222,9 @@ class DialogueState:
     def named(self, said: str) -> str:
         """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
         there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self._results else ()
+        if len(there) > 1:  # "I meant the macaw, not the mongoose"
+            kept = {name for result in self._results[-1:] for frame in result.frames for name in frame_objects(frame)}
+            there = tuple(item for item in there if item.name in kept)
         parts = [frame.part for result in self._results[-1:] for frame in result.frames if frame.part]
         parts = [part for i, part in enumerate(parts) if part not in parts[:i]]
         changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
@@ -219,6 +232,8 @@ class DialogueState:
             said = with_place(said, changed[0].words(), self.now.scene)
         elif len(there) == 1:
             said = with_place(said, f"at the {there[0].name}", self.now.scene)
+        everything = [name for frame in _frames_of(self._results) for name in frame_objects(frame)]
+        said = with_both(said, [*dict.fromkeys(everything)][-2:], self.now.scene)
         names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
         return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
 

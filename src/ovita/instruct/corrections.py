@@ -188,6 +188,12 @@ def old_paces(said: Remark) -> Iterator[Candidate]:
     """The speed as it was at some thing: "normal speed at the station again", "no need to slow down at the door"."""
     things, paced = [p for p in said.active if p.items], [*said.cued("of_pace"), *said.of("speed", "slower", "faster")]
     names, before = _items(things), [*said.of("original"), *said.cued("not")]
+    back = said.cued("undo", "restart")
+    given_up = {p.clause for p in back} - {p.clause for p in said.cued("keep")}
+    if not names and said.cued("keep") and any(p.clause in given_up for p in paced):  # "put the speed back, leave ..."
+        drop = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
+        if 0 < len(drop) < len(said.before):
+            yield Candidate(tuple(E.Drop(on=said.on(i)) for i in drop), said.active, sure=True)
     if len(names) != 1 or not (paced and before) or any(p.number or p.text.split()[0] in DEGREES for p in said.pieces):
         return
     paces = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]

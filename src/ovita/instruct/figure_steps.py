@@ -71,7 +71,9 @@ def _circle(builder: PolicyBuilder, frame: F.Figure) -> None:
     n, turns = _turns(builder, frame, 1.0, f"turns around {words}")
     rounds = _rounds(builder, point)
     if rounds >= ALREADY:
-        builder.ask(f"The path goes round {words} {rounds:.1f} times already: should it be {turns:g} more, or in all?")
+        besides = turns - round(rounds) if turns > round(rounds) >= 1 else turns
+        builder.assume(f"the path goes round {words} {rounds:.1f} times already, so that it is {besides:g} more")
+        n, turns = _turns(builder, replace(frame, turns=F.Quantity(besides, "turns")), 1.0, f"turns around {words}")
     radius = _radius_around(builder, frame, words, point)
     up, passing = builder.axis("up"), builder.passing(point) - point
     around = radius or f"{np.linalg.norm(passing - (passing @ up) * up):.4g}"

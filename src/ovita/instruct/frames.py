@@ -508,6 +508,12 @@ def says_where(frame: SemanticFrame) -> bool:
     return lasts or bool(frame.named or frame.part or not local)
 
 
+def frame_objects(frame: SemanticFrame) -> list[str]:
+    """The objects that a frame or its part of the path is about."""
+    parts = (frame.part, *frame.part.parts, *(inner for part in frame.part.parts for inner in part.parts))
+    return [*frame.named, *(place for part in parts for place in part.places if isinstance(place, str))]
+
+
 def held_by(frame: SemanticFrame) -> set[float]:
     """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
     amounts = frame.quantities.values()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib.resources import files
@@ -113,7 +113,7 @@ def _rows(file: str) -> tuple[str, ...]:
 _COMPLAINT = re.compile(
     r"^(?P<lead>\W*)(?P<who>it|this|that|he|she|you|the (?:robot|arm|drone|rover|thing|machine))"
     r"(?: (?:always|really|just|practically|sort of|kind of|still))? "
-    r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag)"
+    r"(?:(?P<fast>rush|dash|rac|bolt|shoot|tear|hurtl|whizz|zoom|speed)|(?P<slow>crawl|creep|dawdl|plod|drag|stall|lag)"
     r"|(?P<how>jerk|jolt|shak|wobbl|rattl|judder|stutter|sway))(?P<form>e?s|e|ing)?"
     r"(?: (?:off|away|along|through))?\b(?P<where>[^.,;!?]*)(?P<rest>.*)$",
     re.IGNORECASE | re.DOTALL,
@@ -233,6 +233,13 @@ _OLD = re.compile(
 _TOO_FAR = re.compile(r"\btoo far (?:over |out )?(?:to the )?(?P<way>left|right)\b", re.IGNORECASE)
 
 
+_SIDE_OF = re.compile(
+    r"(?P<side>\b(?:left|right)(?:[- ]hand)?(?: side)?) of the "
+    r"(?P<of>corridor|hallway|hall|road|street|lane|track|room|aisle|path|way)\b",
+    re.IGNORECASE,
+)
+
+
 def without_now(text: str, scene: Scene) -> str:
     """A first instruction without what it says of how things are: "wait 10 seconds instead of 3", "at A, not at B".
 
@@ -242,6 +249,12 @@ def without_now(text: str, scene: Scene) -> str:
     """
     text = _THE_SAME.sub("", re.sub(filled(_AS_NOW), "", text, flags=re.IGNORECASE))
     text = _OLD.sub("the ", text)
+    known = {word.lower() for name in scene.names for word in name.split()}
+    text = _SIDE_OF.sub(lambda found: found[0] if found["of"].lower() in known else found["side"], text)
+    ignored = rf"^\W*(?:forget|never mind|ignore)(?: about)? {_names(scene)}(?: and {_names(scene)})?[.;]\s*(?=\w)"
+    text = (
+        re.sub(ignored, "", text, flags=re.IGNORECASE) if re.match(r"\W*(?:forget|never|ignore)", text, re.I) else text
+    )
     text = _TOO_FAR.sub(lambda found: f"further {'right' if found['way'].lower() == 'left' else 'left'}", text)
     if len(scene) < 2 or _LEFT_THERE.search(text):
         return text
@@ -290,6 +303,16 @@ def with_thing(text: str, name: str) -> tuple[str, ...]:
     """An utterance with the name of the thing that it left open, in its place and at its end."""
     asked = text.rstrip(" .!?")
     return (_THING.sub(f"the {name}", asked, count=1), f"{asked} the {name}", f"{asked} from the {name}")
+
+
+_BOTH = re.compile(r"\b(?:both of them|them both|the two of them|these two|those two|both)\b", re.IGNORECASE)
+
+
+def with_both(text: str, names: Sequence[str], scene: Scene) -> str:
+    """An utterance with the names of two things for "both of them", unless it names an object itself."""
+    if len(names) != 2 or any(known.lower() in text.lower() for known in scene.names):
+        return text
+    return _BOTH.sub(f"the {names[0]} and the {names[1]}", text, count=1)
 
 
 def with_name(text: str, name: str, scene: Scene) -> str:

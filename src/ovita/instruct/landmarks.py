@@ -209,7 +209,9 @@ _LASTS = (
     r"\b(?:(?:wait|pause|hold|stay|hover|stop) (?P<as>half|twice|three times) as long"
     r"|(?:don'?t|do not) (?:wait|pause|hold|stay|hover|stop) (?P<less>so|that|as|quite so) long"
     r"|(?P<times>double|halve|half|triple) the (?:pause|wait|stop|hold|hover)(?: time)?)"
-    r"(?: (?:at|by|near|over|in|above) (?:the )?(?P<at>%s))?\b(?! at| by| near| over| in| above)"
+    r"(?: (?:at|by|near|over|in|above) (?:(?P<all>(?:all|both|each|every)(?: of)?(?: the)? \w+)"
+    r"|(?:the )?(?P<at>%s)))?\b"
+    r"(?! at| by| near| over| in| above)"
 )
 TIMES = {"half": 0.5, "halve": 0.5, "twice": 2.0, "double": 2.0, "three": 3.0, "triple": 3.0}
 """What words for how long a stop is to last are to how long it lasts."""
@@ -275,8 +277,9 @@ _LONGER = re.compile(
     re.IGNORECASE,
 )
 _SKIP = re.compile(
-    r"^(?P<lead>\W*(?:(?:please|just|you can|you may|we can|let's|today) )*)(?:skip|leave out|omit) (?:the )?"
-    r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!?]|and\b|today\b))",
+    r"^(?P<lead>\W*(?:(?:please|just|and|also|you can|you may|we can|let's|today) )*)"
+    r"(?:skip|leave out|omit|drop) (?:the )?"
+    r"(?P<name>[\w' -]+?)(?=\s*(?:$|[.,;!?]|and\b|today\b|this time\b|for now\b))",
     re.IGNORECASE,
 )
 
@@ -341,6 +344,9 @@ class _Stops:
         """The objects by their names, longest first, and by the noun of a name that no other has."""
         nouns = [head_of(name.lower().split()) for name in self.scene.names]
         found = {noun: item for noun, item in zip(nouns, self.scene, strict=True) if nouns.count(noun) == 1}
+        words = [word for name in self.scene.names for word in name.lower().split() if len(word) > LONG_WORD]
+        first = {item.name.lower().split()[0]: item for item in self.scene}
+        found |= {word: item for word, item in first.items() if words.count(word) == 1 and word not in found}
         found |= {item.name.lower(): item for item in self.scene}
         return dict(sorted(found.items(), key=lambda pair: -len(pair[0])))
 
@@ -361,16 +367,20 @@ class _Stops:
     def skipped(self, found: re.Match[str]) -> str:
         """No stop at an object where the path has one."""
         there = [self.by(stop) for stop in self.at]
-        return f"{found['lead']}no stop at the {found['name']}" if found["name"].lower() in there else found[0]
+        return f"{found['lead']}make no stop at the {found['name']}" if found["name"].lower() in there else found[0]
 
     def lasting(self, found: re.Match[str]) -> str:
         """A stop that is to last half or twice as long as it does."""
         said, name = (found["times"] or found["as"] or "half").lower(), (found["at"] or "").lower()
+        times = TIMES[said.split()[0]]
+        if found["all"] and self.at:
+            waits = (f"{max(round(times * (b - a)), 1)} timesteps at waypoint {a + 1}" for a, b in self.at)
+            return " and ".join(f"wait {wait}" for wait in waits)
         if not self.at or (not name and len(self.at) > 1):
             return found[0]
         away = self.called[name].cuboid.signed(self.positions)[0] if name else np.zeros(len(self.positions))
         first, last = min(self.at, key=lambda stop: float(away[stop[0]]))
-        steps = max(round(TIMES[said.split()[0]] * (last - first)), 1)
+        steps = max(round(times * (last - first)), 1)
         return f"wait {steps} timesteps at {f'the {name}' if name else f'waypoint {first + 1}'}"
 
     @property
@@ -504,6 +514,9 @@ _OUT = re.compile(
     r"|(?:(?:on|in|during) )?the (?:outbound|outward) (?:\w+ )?(?:leg|segment|part|trip|way|run|stretch)\b)",
     re.IGNORECASE,
 )
+
+LONG_WORD = 3
+"""Words of a name that are longer stand for it where no other name has them: "the lavender"."""
 
 MANY = 2
 """The most corners of a path of which "the corner" without a number means the first."""

@@ -17,7 +17,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.amounts import limits
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, directions_of, slots
-from ovita.instruct.frames import name_of
+from ovita.instruct.frames import frame_objects, name_of
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
 from ovita.instruct.numerals import is_digits
@@ -248,8 +248,9 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
 
 
 def _is_risky(edits: Sequence[E.Edit], it: Retrospect) -> bool:
-    """Whether the network's edits guess, or take all back where a place is named."""
-    return (_gives_up(edits) and it.places) or _guesses(edits, it.said)
+    """Whether the network's edits guess, or take all back where a place is named or something is to stay."""
+    flips = _some(edits, E.Flip) and bool(it.said.cued("meant")) and not it.said.cued("flip")
+    return (_gives_up(edits) and (it.places or bool(it.said.cued("keep")))) or flips or _guesses(edits, it.said)
 
 
 def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -317,17 +318,15 @@ def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
     if not edits or not (_only(edits, E.Rescale | E.Set) or _gives_up(edits)):
         return False
     named = {name for piece in it.said.active for name in piece.items}
-    if named and _gives_up(edits) and named.isdisjoint(name for frame in it.said.before for name in _about(frame)):
+    if (
+        named
+        and _gives_up(edits)
+        and named.isdisjoint(name for frame in it.said.before for name in frame_objects(frame))
+    ):
         return True
     words = {*words_in(it.said.pieces)}
     meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
     return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
-
-
-def _about(frame: F.SemanticFrame) -> list[str]:
-    """The objects that a frame or its part of the path is about."""
-    parts = (frame.part, *frame.part.parts, *(inner for part in frame.part.parts for inner in part.parts))
-    return [*frame.named, *(place for part in parts for place in part.places if isinstance(place, str))]
 
 
 def _is_of(kind: str, frame: F.SemanticFrame) -> bool:
@@ -385,7 +384,7 @@ def _sense(edit: E.Rescale) -> str:
 def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether a step back leaves out how far: "go back by 0.1"."""
     numbers = [p.number for p in said.pieces if p.number]
-    told = any(q.unit not in ("", "step") or q.value % 1.0 for q in numbers)
+    told = any(q.unit not in ("", "step") or q.value % 1.0 or any(map(heading, said.pieces)) for q in numbers)
     return told and _only(edits, E.Command)
 
 

@@ -203,6 +203,12 @@ def _each_left(it: Facts) -> str:
     return ""
 
 
+def _exception_left(it: Facts) -> str:
+    """An exception that no frame holds: "not below 10 cm, except for the take-off"."""
+    held = any(frame.part for frame in it.frames) or it.frames_of(F.Keep | F.Clearance)
+    return "" if held or "except" not in it.plain else f"What comes behind {it.word({'except'})} has no place in it."
+
+
 def _corner_left(it: Facts) -> str:
     """A corner that is said to be there, and has no part in what is read: "it drives a big corner; cut that off"."""
     used = {one.kind for frame in it.frames for one in (frame.part, *frame.part.parts)} | {"turns"} & {
@@ -368,6 +374,7 @@ LOST = (
     _counted,
     _each_left,
     _corner_left,
+    _exception_left,
     _over_unsaid,
     _without_unit,
     _goes_on,

@@ -23,6 +23,7 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
             frames = tuple(made for frame in frames if (made := change(frame, said)) is not None)
     if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
         frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
+    frames = _only_there(frames) if " again " in text or " agian " in text else frames
     return _in_its_clause(_rest_kept(_but_for_ends(_crawling(frames, said), kinds)), said)
 
 
@@ -46,6 +47,15 @@ def _keeps(frame: F.SemanticFrame, end: str) -> bool:
 
 ENDS: Mapping[F.End, PathPart] = {"start": outside(PathPart("first")), "goal": outside(PathPart("last"))}
 """All but what is at an end."""
+
+
+def _only_there(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:
+    """Slower near a thing where it is to be faster again after it: "slow down towards it, and speed up again after"."""
+    match frames:
+        case [F.Pace(change="slower", amount=None) as slow, F.Pace(change="faster", amount=None, part=then)]:
+            if then.kind == "after" and slow.part.kind in ("before", "near") and slow.part.places == then.places:
+                return (replace(slow, part=PathPart("near", then.places)),)
+    return frames
 
 
 def _rest_kept(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:
@@ -106,6 +116,28 @@ def _beside_both(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
     if part.kind != "between" or not all(isinstance(place, str) for place in part.places):
         return frame
     return replace(frame, part=any_of([PathPart("near", (place,)) for place in part.places]))
+
+
+def _at_a_share(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
+    """A speed that is a share of what it is: "the climb at 60 % of the speed"."""
+    match frame:
+        case F.Pace(change="slower", amount=F.Quantity(unit="%", role="by") as q):
+            rows = zip(said, said[1:], said[2:], strict=False)
+            shares = [amount.number.value for at, amount, of in rows if (at.kind, amount.kind, of.kind) == AT_SHARE]
+            if any(abs(value - q.value) < 1e-9 for value in shares):
+                return replace(frame, change="set", amount=replace(q, role="to"))
+    return frame
+
+
+AT_SHARE = ("at", "Qpc", "of")
+"""Classes of the words for a share of the speed."""
+
+
+def _underneath(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame:
+    """To hover under a thing is to wait where the path passes it."""
+    if not isinstance(frame, F.Hover) or len(frame.objects) != 1:
+        return frame
+    return F.Wait(place=frame.objects[0], duration=frame.duration, words=frame.words)
 
 
 def _backwards(frame: F.SemanticFrame, _: Sequence[Chunk]) -> F.SemanticFrame | None:
@@ -179,6 +211,8 @@ CALLED: tuple[tuple[Callable[[set[str], str], bool], Callable[[Any, Sequence[Chu
     (lambda kinds, _: "minus" in kinds, _below_zero),
     (lambda kinds, _: not kinds.isdisjoint(("lower", "under")) and kinds.isdisjoint(HIGHER), _lower_down),
     (lambda kinds, _: "reverse" in kinds, _backwards),
+    (lambda kinds, _: kinds.issuperset(AT_SHARE), _at_a_share),
+    (lambda kinds, _: "under" in kinds and kinds.isdisjoint(HIGHER), _underneath),
     (lambda kinds, _: "around" in kinds and kinds.isdisjoint(BETWEEN), _beside_both),
     (lambda _, text: any(f" {word} " in text for word in FURTHER), _more_room),
     (lambda kinds, _: not kinds.isdisjoint(("multiply", "waypoints")), _multiplied),

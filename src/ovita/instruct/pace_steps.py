@@ -294,9 +294,20 @@ def _bound(s: _Speed) -> None:
         key, which, holds = "at_most", "highest", (moving <= value).all()
     else:
         key, which, holds = "at_least", "lowest", (moving >= value).all()
+        _without_halts(s)
     name = s.knob("limit", value, cast(Role, key), f"{which} speed")
     plan, promise = f"Keep the speed {key.replace('_', ' ')} {value:g} m/s", f"expect_speed({key}={name}{s.argument})"
     s.add(f"bound_speed(traj, {key}={name}{s.argument})", plan, promise, holds=bool(holds))
+
+
+def _without_halts(s: _Speed) -> None:
+    """No waypoint on the way at which the speed but touches 0, where there is to be a least speed."""
+    path = s.builder.trajectory.positions
+    still = (np.diff(path, axis=0) == 0.0).all(axis=1)
+    halts = [i for i in range(1, len(path) - 1) if s.all[i] <= 0.0 and s.mask[i] and not (still[i - 1] or still[i])]
+    if halts:
+        where, words = s.builder.part(PathPart("indices", ranges=tuple((i, i) for i in halts), count=len(path)))
+        s.builder.add(f"traj = keep_moving(traj, where={where})", f"Go on{words}, where the speed was 0.")
 
 
 def _ramp(s: _Speed) -> None:
@@ -445,6 +456,8 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
+    if frame.duration is None and not frame.longer and not frame.aim and frame.by is None:
+        frame = replace(frame, longer=_stands_for(builder, frame) >= USUAL_WAIT)  # to linger is to stay longer
     frame = replace(frame, place=_stop_meant(builder, frame.place)) if frame.longer else frame
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
@@ -515,6 +528,9 @@ def _stop_meant(builder: PolicyBuilder, place: F.Place) -> F.Place:
     return F.Quantity(float(at + 1), "waypoints", "at")
 
 
+USUAL_WAIT = 10
+"""Timesteps that a wait lasts if nothing is said."""
+
 MIDDLE = 0.2
 """How far from the middle a stop "in the middle" may be, as a share of the path's length."""
 
@@ -541,7 +557,8 @@ def _stands_for(builder: PolicyBuilder, frame: F.Wait) -> int:
 
 def nonstop(builder: PolicyBuilder, frame: F.NoStop) -> None:
     """No stop between the ends, or on a part of the path; nothing changes where there is none."""
-    frame = replace(frame, part=_with_its_stop(builder, frame.part))
+    own = _own_stops(builder, frame.part)
+    frame = replace(frame, part=own or _with_its_stop(builder, frame.part))
     where, part = builder.part(frame.part)
     mask = builder.waypoints(frame.part).copy()
     mask[[0, -1]] = False
@@ -549,6 +566,21 @@ def nonstop(builder: PolicyBuilder, frame: F.NoStop) -> None:
     call = "traj" if moves else f"keep_moving(traj{argument(where)})"
     promise = f"expect_no_stop({f'where={where}' if where else ''})"
     builder.add(f"traj = {call}", f"Make no stop{part}.", promise, holds=moves)
+
+
+def _own_stops(builder: PolicyBuilder, part: PathPart) -> PathPart | None:
+    """The stops near an object to which no other object is nearer, where another's stop is near it, too."""
+    if part.kind != "near" or part.amount is not None or part.places[0] in F.SPOTS:
+        return None
+    path, rows = builder.trajectory.positions, builder.trajectory.to_array()
+    item = builder.scene[part.places[0]]
+    reach = ITS_OWN * builder.scale.near(path, item)
+    near = [a for a in _stops(rows) if item.core(path).depth(path[[a]])[0] <= reach]
+    away = {a: {one.name: float(one.cuboid.signed(path[[a]])[0][0]) for one in builder.scene} for a in near}
+    own = [a for a in near if away[a][item.name] <= min(away[a].values()) + 1e-9]
+    if not own or len(own) == len(near):
+        return None
+    return PathPart("indices", ranges=tuple(stands(rows, a) for a in own), count=len(path))
 
 
 def _with_its_stop(builder: PolicyBuilder, part: PathPart) -> PathPart:

@@ -278,8 +278,6 @@ def _level(builder: PolicyBuilder, q: F.Quantity, of: F.Place) -> float:
     """A height above the ground [m], or so far above an object's top, below its bottom, or that of its centre."""
     value = builder.metres(q)
     if not of:
-        if value >= 0.0 and float((builder.positions @ builder.axis("up")).max()) < 0.0:
-            builder.ask(f"The path is below z = 0, which counts as the ground: where is {value:g} m above it?")
         return value
     _, words, point = target(builder, of)
     up, item = builder.axis("up"), builder.item(of)

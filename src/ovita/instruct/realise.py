@@ -110,6 +110,11 @@ def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.Semanti
     Hovering above objects by which it stands, or over which it passes, is to wait there. A goal at an object by which
     it stands is that stop, and to stop short of it is to keep so far away.
     """
+    if isinstance(frame, F.Height) and frame.level.role == "to" and frame.level.value > 0.0 and not frame.of:
+        if float((builder.trajectory.positions @ builder.axis("up")).max()) < 0.0:  # z = 0 is no ground there
+            builder.assume("z = 0 is above the path, so that it is so much higher than now")
+            up: F.Offset = (("up", replace(frame.level, role="by")),)
+            return (F.Shift(offset=up, part=frame.part, words=frame.words),)
     item = builder.item(frame.place) if isinstance(frame, F.MoveEnd | F.StopAt) else None
     stop = stop_by(builder, item) if item is not None else ""
     if item is not None and stop and int(stop) < len(builder.trajectory) - 2:
