@@ -62,7 +62,7 @@ _MACRO = re.compile(r"\{([A-Z_]+)\}")
 
 
 @dataclass(frozen=True)
-class Turn:
+class Phrasing:
     """A turn of phrase as a pattern, in which {THING} is any object's name, and what stands in its place."""
 
     said: str
@@ -81,11 +81,11 @@ class Turn:
 
 
 @cache
-def turns(file: str) -> tuple[Turn, ...]:
+def turns(file: str) -> tuple[Phrasing, ...]:
     """The turns of phrase of a file, "plain" or "things"."""
     rows = [row for row in _rows(file) if not _MACRO_ROW.match(row)]
     said_and_meant = zip(rows[::2], rows[1::2], strict=True)
-    return tuple(Turn(filled(said), meant.strip().removeprefix("=>").strip()) for said, meant in said_and_meant)
+    return tuple(Phrasing(filled(said), meant.strip().removeprefix("=>").strip()) for said, meant in said_and_meant)
 
 
 def filled(pattern: str) -> str:

@@ -8,7 +8,6 @@ how likely a reading is meant.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -34,6 +33,7 @@ from ovita.instruct.together import at_speed, contrasted, halted, in_turn, prolo
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
+from ovita.text import quoted
 
 if TYPE_CHECKING:
     from ovita.instruct.feedback import Reader
@@ -140,18 +140,17 @@ def understand(
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
-    found = found if text == said else _in_own_words(found, said)
+    found = found if text == said else _in_own_words(found, said, chunks(text, scene, positions)[0])
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
 
 
-def _in_own_words(found: Understanding, said: str) -> Understanding:
+def _in_own_words(found: Understanding, said: str, put: Sequence[Chunk]) -> Understanding:
     """A verdict that names no words which were put in place of those that were said."""
-    known = said.lower()
-    unused = tuple(word for word in found.unused if word.lower() in known)
-    quotes = re.compile(r"'([^']+)'|\"([^\"]+)\"")
-    doubts = (text for text in found.doubts if all(a.lower() in known and b in known for a, b in quotes.findall(text)))
-    return replace(found, unused=unused, doubts=tuple(doubts))
+    foreign = [chunk.text for chunk in put if chunk.text.lower() not in said.lower()]
+    unused = tuple(word for word in found.unused if word.lower() in said.lower())
+    doubts = tuple(text for text in found.doubts if not any(quoted([word]) in text for word in foreign))
+    return replace(found, unused=unused, doubts=doubts)
 
 
 def otherwise(

@@ -475,6 +475,11 @@ def from_object(
         if works or robot == UNLIMITED:  # where no robot is named, nobody asked for a margin: no nearer than before
             body = replace(body, radius=core + nearest, keep=nearest)
             notes.append("at which the path works" if works else "as near as the original path")
+    elif original is not None and granted and kind is None and robot == UNLIMITED and not support:
+        deep = -(keep + body.closest(original)[0])
+        if deep >= 0.0:  # into a bin, say: no deeper than before
+            body = replace(body, half=np.maximum(half - deep - 1e-6, 0.0), radius=core, keep=0.0)
+            notes.append("as deep as the original path")
     return replace(body, note=", ".join(notes))
 
 
