@@ -44,3 +44,19 @@ def test_a_dwell_outside_the_workspace_and_a_pinned_one():
     )
     assert pinned.verdict.status == "infeasible" and "waypoint" in " ".join(pinned.verdict.conflicts)
     assert np.array_equal(pinned.trajectory.positions[25], proposed.positions[25])
+
+
+def test_where_no_robot_is_named_a_path_may_go_on_as_deep_into_a_thing():
+    """A reach into a bin had been lifted out of it because the path was bent elsewhere."""
+    x = np.linspace(0, 4, 81)
+    rows = np.column_stack([x, 0 * x, 0.5 - 0.4 * np.exp(-(((x - 1) / 0.2) ** 2)), 0 * x + 0.3])
+    scene = Scene((SceneObject("bin", [1.0, 0.0, 0.15], [0.4, 0.4, 0.3]),))
+    moved = rows.copy()
+    moved[60:70, 1] += 0.1
+    before, proposed = Trajectory.from_array(rows), Trajectory.from_array(moved)
+    solution = constrain(proposed, scene, Robot.preset("none"), original=before)
+    assert np.allclose(solution.trajectory.positions, proposed.positions)
+    deeper = moved.copy()
+    deeper[15:26, 2] -= 0.05
+    solution = constrain(Trajectory.from_array(deeper), scene, Robot.preset("none"), original=before)
+    assert solution.trajectory.positions[:, 2].min() >= rows[:, 2].min() - 1e-3

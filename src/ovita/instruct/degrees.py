@@ -30,6 +30,9 @@ NEAR_SHARE = 0.15
 AT_HAND, SOON = 3.0, 4.0
 """How far [m], or how many seconds at the mean speed, that stretch is at most, whichever is more, in large scenes."""
 
+AT_ONCE = 0.6
+"""The most that a shift without an amount is [m], or how far it goes in as many seconds, whichever is more."""
+
 END_SHARE = 0.25
 """Share of the waypoints that "at the start" or "at the end" means."""
 
@@ -65,7 +68,8 @@ class Scale:
 
     def step(self, degree: Degree) -> float:
         """Displacement for a degree [m], to two digits."""
-        return nice(STEP_SHARE[degree] * self.extent)
+        whole = max(AT_ONCE, AT_ONCE * self.pace) / STEP_SHARE["moderate"] if self.pace < math.inf else math.inf
+        return nice(STEP_SHARE[degree] * min(self.extent, whole))
 
     def describe(self) -> str:
         """What words of degree amount to, as a prompt says it."""

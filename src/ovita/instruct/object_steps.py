@@ -365,7 +365,7 @@ def _passes_over(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
     away = builder.passing(item.position) - item.position
     rise = float(away @ up)
     aside = float(np.linalg.norm(away - rise * up))
-    return top <= rise <= top + HIGH_UP * builder.scale.extent and aside <= float(np.sort(item.size)[1]) / 2.0
+    return -top <= rise <= top + HIGH_UP * builder.scale.extent and aside <= float(np.sort(item.size)[1]) / 2.0
 
 
 def _above(builder: PolicyBuilder, item: SceneObject) -> float:

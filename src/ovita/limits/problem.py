@@ -478,7 +478,7 @@ def from_object(
     elif original is not None and granted and kind is None and robot == UNLIMITED and not support:
         deep = -(keep + body.closest(original)[0])
         if deep >= 0.0:  # into a bin, say: no deeper than before
-            body = replace(body, half=np.maximum(half - deep - 1e-6, 0.0), radius=core, keep=0.0)
+            body = replace(body, half=np.maximum(half - deep - 1e-6, 1e-6), radius=core, keep=0.0)
             notes.append("as deep as the original path")
     return replace(body, note=", ".join(notes))
 

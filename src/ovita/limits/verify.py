@@ -326,7 +326,8 @@ def _obstacle(item: SceneObject, robot: Robot, original: Trajectory, options: Co
     text = f"keep {body.keep:g} m from {what}" + (f" ({body.note})" if body.note else "")
     if robot.radius > 0.0:
         text += f", counted from the path of a body of {robot.radius:g} m radius"
-    excuse = (lambda t: _too_close(t.positions, near, distance)) if near.radius < body.radius else None
+    as_near = distance if np.array_equal(near.half, body.half) else replace(item, dimensions=2.0 * near.half).clearance
+    excuse = (lambda t: _too_close(t.positions, near, as_near)) if near.radius < body.radius else None
     return Measure(
         "obstacle", item.name, text, "m", "segment", lambda t: _too_close(t.positions, body, distance), excuse
     )
