@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 from ovita.instruct.chunks import chunks
 from ovita.instruct.lexicon import DETERMINERS
@@ -48,28 +50,39 @@ def without_asides(text: str, scene: Scene, *, first: bool) -> str:
         first: Whether it is the first about a path; what follows may tell of what came of that ("the sign is wrong").
     """
     text = text if first else _PRAISE.sub("", text)
+    clauses = [*_clauses(text, scene, first)]
+    rest = "".join(clause.left for clause in clauses)
+    rest = _HANGING.sub("", re.sub(r"(?<=[.!?])[.!?]+", "", rest))
+    told = [clause for clause in clauses if clause.tells]
+    points = _POINTING.search(rest) and any(_names(clause.said, scene) for clause in told)
+    return text if not told or points or not re.search(r"\w{2}", rest) else rest
+
+
+_HANGING = re.compile(r"^[\W_]*(?:so\b,?\s*)?", re.IGNORECASE)
+"""What is left before the first word, or before what follows from a reason."""
+
+
+@dataclass(frozen=True)
+class _Clause:
+    """A clause, what stands before it, and whether it only tells how things are."""
+
+    before: str
+    said: str
+    tells: bool
+
+    @property
+    def left(self) -> str:
+        """What is left of it: all of it, or what ends a sentence with one that only tells."""
+        return (self.said[-1:] if self.said[-1:] in (".", "!", "?") else "") if self.tells else self.before + self.said
+
+
+def _clauses(text: str, scene: Scene, first: bool) -> Iterator[_Clause]:
+    """The clauses of an utterance; what feedback begins with is none but before a "so"."""
     begun, *more = _BREAKS.split(text)
-    clauses = [("", begun), *zip(more[::2], more[1::2], strict=True)]
-    so = any(re.match(_SO, clause, re.IGNORECASE) for _, clause in clauses[1:2])  # what it begins with is a reason
-    reasons = [first or bool(before) or (k < 1 and so) for k, (before, _) in enumerate(clauses)]
-    told = [
-        may and _tells(clause, (first or not before) and "," not in before, scene)
-        for may, (before, clause) in zip(reasons, clauses, strict=True)
-    ]
-    if not any(told) or all(told):
-        return text
-    named = any(tells and _names(clause, scene) for (_, clause), tells in zip(clauses, told, strict=True))
-    rest = "".join(
-        _end(clause) if tells else before + clause for (before, clause), tells in zip(clauses, told, strict=True)
-    )
-    rest = re.sub(r"(?<=[.!?])[.!?]+", "", rest)
-    rest = re.sub(r"^[\W_]*(?:so\b,?\s*)?", "", rest, flags=re.IGNORECASE)
-    return text if not re.search(r"\w{2}", rest) or (named and _POINTING.search(rest)) else rest
-
-
-def _end(clause: str) -> str:
-    """What ends a sentence with a clause that is left out."""
-    return clause[-1] if clause[-1:] in (".", "!", "?") else ""
+    reason = first or bool(more and re.match(_SO, more[1], re.IGNORECASE))
+    yield _Clause("", begun, reason and _tells(begun, True, scene))
+    for before, said in zip(more[::2], more[1::2], strict=True):
+        yield _Clause(before, said, _tells(said, first and "," not in before, scene))
 
 
 def _tells(clause: str, begins: bool, scene: Scene) -> bool:

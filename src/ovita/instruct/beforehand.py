@@ -38,19 +38,27 @@ def _all_but(text: str, scene: Scene, positions: Array | None) -> str:
     """An utterance with the names of all objects but some: "20 cm from everything except the box"."""
     things = [item.name for item in scene if not is_support(item)]
     said = [chunk for chunk in chunks(text, scene, positions)[0] if chunk.kind not in ("filler", "here", "there")]
-    for i, chunk in enumerate(said):
-        if chunk.kind != "except" or i == 0:
-            continue
-        first = next((k for k in range(i - 1, max(i - 5, -1), -1) if _is_all(said[k], things)), i)
-        apart = first < i or (chunk.text.lower().startswith(EVERYTHING) and said[i - 1].kind in APART)
-        excepted = list(takewhile(lambda one: one.kind in ("OBJ", "and", "comma"), said[i + 1 :]))
-        while excepted and excepted[-1].kind != "OBJ":
-            excepted.pop()
-        others = [name for name in things if not any(name in one.names for one in excepted)]
-        if apart and excepted and 0 < len(others) < len(things):
-            begin, end = said[first].span[0], excepted[-1].span[1]
-            return f"{text[:begin]}{' and '.join(f'the {name}' for name in others)}{text[end:]}"
+    for i in (i for i, chunk in enumerate(said) if chunk.kind == "except" and i > 0):
+        begin, named = _all_before(said, i, things), _named_after(said, i)
+        others = [name for name in things if not any(name in one.names for one in named)]
+        if begin is not None and named and 0 < len(others) < len(things):
+            return f"{text[:begin]}{' and '.join(f'the {name}' for name in others)}{text[named[-1].span[1] :]}"
     return text
+
+
+def _all_before(said: Sequence[Chunk], i: int, things: Sequence[str]) -> int | None:
+    """Where the words for all objects begin that stand before an "except", or in it ("everything but"); or None."""
+    found = (said[k].span[0] for k in range(i - 1, max(i - 5, -1), -1) if _is_all(said[k], things))
+    own = said[i].text.lower().startswith(EVERYTHING) and said[i - 1].kind in APART
+    return next(found, said[i].span[0] if own else None)
+
+
+def _named_after(said: Sequence[Chunk], i: int) -> Sequence[Chunk]:
+    """The objects in the list behind a chunk, with what stands between them."""
+    named = list(takewhile(lambda one: one.kind in ("OBJ", "and", "comma"), said[i + 1 :]))
+    while named and named[-1].kind != "OBJ":
+        named.pop()
+    return named
 
 
 def _is_all(chunk: Chunk, things: Sequence[str]) -> bool:

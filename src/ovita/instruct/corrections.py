@@ -127,12 +127,18 @@ def copies(said: Remark) -> Iterator[Candidate]:
     other = _other_one(said) if not new else []
     names = tuple(name for name in _items(new) if name not in said.before[i].named)
     names = names or (said.alike(said.before[i]) if other else ())
-    all_of = [p for p in said.active if p.text.split()[0] in ("both", "all", "everything")]
-    meant = [k for k in _alike(said, i) if all_of or k == i]
-    if names and (new or len(names) == 1) and not (all_of and len(meant) < 2):
+    if not names or not (new or len(names) == 1):
+        return
+    all_of = [p for p in said.active if p.text.split()[0] in ALL_OF]
+    meant = _alike(said, i) if all_of else [i]
+    if len(meant) > 1 or not all_of:
         made = (apply((E.Replace(objects=names),), (said.before[k],), Scene())[0] for k in meant)
         used = (*new, *other, *all_of, *said.of(*NEAR), *said.cued("also"))
-        yield Candidate(tuple(E.Also(frame=frame) for frame in made), used, sure=bool(other or len(meant) > 1))
+        yield Candidate(tuple(E.Also(frame=frame) for frame in made), used, sure=bool(other or all_of))
+
+
+ALL_OF = ("both", "all", "everything")
+"""Words for all that was done to a thing."""
 
 
 def _alike(said: Remark, i: int) -> list[int]:
@@ -188,21 +194,34 @@ def old_paces(said: Remark) -> Iterator[Candidate]:
     """The speed as it was at some thing: "normal speed at the station again", "no need to slow down at the door"."""
     things, paced = [p for p in said.active if p.items], [*said.cued("of_pace"), *said.of("speed", "slower", "faster")]
     names, before = _items(things), [*said.of("original"), *said.cued("not")]
-    back = said.cued("undo", "restart")
-    given_up = {p.clause for p in back} - {p.clause for p in said.cued("keep")}
-    if not names and said.cued("keep") and any(p.clause in given_up for p in paced):  # "put the speed back, leave ..."
-        drop = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
-        if 0 < len(drop) < len(said.before):
-            yield Candidate(tuple(E.Drop(on=said.on(i)) for i in drop), said.active, sure=True)
-    if len(names) != 1 or not (paced and before) or any(p.number or p.text.split()[0] in DEGREES for p in said.pieces):
+    if len(names) != 1 or not (paced and before) or any(map(_graded, said.pieces)):
         return
-    paces = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
+    paces = _paces(said)
     there = [i for i in paces if names[0] in said.before[i].part.places]
     used = (*things, *paced, *before, *said.cued("restart", "again", "redo", "undo"), *said.of(*NEAR, "pass"))
     if there:
         yield Candidate(tuple(E.Drop(on=said.on(i)) for i in there), used, sure=True)
     elif paces and said.of("original"):
         yield Candidate((E.Except(on=said.on(paces[-1]), part=PathPart("near", names)),), used, sure=True)
+
+
+def speed_back(said: Remark) -> Iterator[Candidate]:
+    """The speed as it was, and nothing else: "put the speed back to what it was, but leave the path as it is"."""
+    given_up = {p.clause for p in said.cued("undo", "restart")} - {p.clause for p in said.cued("keep")}
+    about = said.cued("keep") and any(p.clause in given_up for p in said.cued("of_pace"))
+    drop = _paces(said) if about and not any(p.items for p in said.active) else []
+    if 0 < len(drop) < len(said.before):
+        yield Candidate(tuple(E.Drop(on=said.on(i)) for i in drop), said.active, sure=True)
+
+
+def _paces(said: Remark) -> list[int]:
+    """Numbers of the frames about speed."""
+    return [i for i, frame in enumerate(said.before) if isinstance(frame, F.Pace)]
+
+
+def _graded(piece: Phrase) -> bool:
+    """Whether a piece says how much, so that a speed which is denied is to be less of it."""
+    return piece.number is not None or piece.text.split()[0] in DEGREES
 
 
 DEGREES = ("so", "as", "too", "that", "quite", "less", "more")

@@ -133,8 +133,8 @@ def _repeats(said: Remark) -> Iterator[Candidate]:
 
 
 ROWS = (
-    C.spares, C.old_paces, C.ends_kept, _commands, _repeats, C.only_and_keep, C.drops, C.only, C.other_sides,
-    C.other_halves, C.very_ends, C.places_instead, C.flips, C.contraries, C.directions, C.objects, C.copies, C.ends,
-    C.ends_left_out, C.everywhere, numbers, amounts,
+    C.spares, C.old_paces, C.speed_back, C.ends_kept, _commands, _repeats, C.only_and_keep, C.drops, C.only,
+    C.other_sides, C.other_halves, C.very_ends, C.places_instead, C.flips, C.contraries, C.directions, C.objects,
+    C.copies, C.ends, C.ends_left_out, C.everywhere, numbers, amounts,
 )  # fmt: skip
 """The kinds of edits: the first reading that leaves nothing unread is taken."""

@@ -24,7 +24,7 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
         frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
     frames = _only_there(frames) if " again " in text or " agian " in text else frames
-    return _in_its_clause(_rest_kept(_but_for_ends(_crawling(frames, said), kinds)), said)
+    return _rest_kept(_but_for_ends(_crawling(frames, said), kinds))
 
 
 def _but_for_ends(frames: tuple[F.SemanticFrame, ...], kinds: Set[str]) -> tuple[F.SemanticFrame, ...]:
@@ -65,31 +65,6 @@ def _rest_kept(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ..
         replace(one, what="rest") if isinstance(one, F.Keep) and one.what == "part" and not (one.part or alone) else one
         for one in frames
     )
-
-
-def _in_its_clause(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Faster and slower near one thing: in the sentence that does not name it, it is all of the path that is meant."""
-    paces = [frame for frame in frames if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
-    if len(paces) != 2 or paces[0].part.kind != "near" or paces[0].part != paces[1].part:
-        return frames
-    if paces[0].change == paces[1].change:
-        return frames
-    at = next((i for i, chunk in enumerate(said) if {*chunk.names} & {*paces[0].part.places}), 0)
-    apart = {chunk.kind for chunk in _sentence_of(said, at)}
-    beside = [pace for pace in paces if apart.isdisjoint((pace.change, *COMPANIONS[pace.change]))]
-    if len(beside) != 1:
-        return frames
-    return tuple(replace(frame, part=WHOLE) if frame is beside[0] else frame for frame in frames)
-
-
-def _sentence_of(said: Sequence[Chunk], at: int) -> Sequence[Chunk]:
-    """The chunks of the sentence that a chunk is in."""
-    begin = max((i + 1 for i in range(at) if said[i].kind == "dot"), default=0)
-    return said[begin : next((i for i in range(at, len(said)) if said[i].kind == "dot"), len(said))]
-
-
-COMPANIONS = {"faster": ("double", "triple", "inc"), "slower": ("half", "halve", "dec", "brake", "creep")}
-"""Classes of other words that ask for a change of speed."""
 
 
 def _more_room(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:

@@ -78,24 +78,25 @@ def _unshared(builder: PolicyBuilder, frame: F.Pace) -> F.Pace:
     After a thing near which there is another speed begins behind what is near it, and before it ends there.
     """
     about = PathPart("near", frame.part.places)
-    if frame.part.kind in ("after", "before") and any(
-        isinstance(one, F.Pace) and one.part == about and one.change != frame.change for one in builder.frames
-    ):
-        return replace(frame, part=both(frame.part, outside(about)))
-    mine, mask = _factor_near(frame), builder.waypoints(frame.part)
-    if mine is None:
-        return frame
-    earlier = True
-    for other in (one for one in builder.frames if isinstance(one, F.Pace)):
-        earlier = earlier and other.part != frame.part
-        theirs = _factor_near(other) if other.part != frame.part else None
-        if theirs is None or other.change != frame.change:
-            continue
+    others = [one for one in builder.frames if isinstance(one, F.Pace) and one.part != frame.part]
+    if frame.part.kind in ("after", "before"):
+        beside = any(one.part == about and one.change != frame.change for one in others)
+        return replace(frame, part=both(frame.part, outside(about))) if beside else frame
+    mask = builder.waypoints(frame.part)
+    for other in filter(lambda one: _is_weaker(builder, frame, one), others):
         shared = builder.waypoints(other.part) & mask
-        weaker = abs(theirs - 1.0) > abs(mine - 1.0) or (earlier and theirs == mine)
-        if weaker and shared.any() and not shared[mask].all():
+        if shared.any() and not shared[mask].all():
             frame = replace(frame, part=both(frame.part, outside(other.part)))
     return frame
+
+
+def _is_weaker(builder: PolicyBuilder, frame: F.Pace, other: F.Pace) -> bool:
+    """Whether as much or more of the same change is asked for near another thing, of two that are the same before."""
+    mine, theirs = _factor_near(frame), _factor_near(other)
+    if mine is None or theirs is None or other.change != frame.change:
+        return False
+    before = [one.part for one in builder.frames].index(other.part) < builder.frame
+    return abs(theirs - 1.0) > abs(mine - 1.0) or (before and theirs == mine)
 
 
 def _factor_near(frame: F.Pace) -> float | None:
@@ -456,9 +457,7 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
-    if frame.duration is None and not frame.longer and not frame.aim and frame.by is None:
-        frame = replace(frame, longer=_stands_for(builder, frame) >= USUAL_WAIT)  # to linger is to stay longer
-    frame = replace(frame, place=_stop_meant(builder, frame.place)) if frame.longer else frame
+    frame = _lingering(builder, frame)
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     near, at = at, at if item is None else stop_by(builder, item) or at
@@ -475,6 +474,13 @@ def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     promise = f"expect_stop(near={near})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
     in_all, told = (", in_all=True", " in all") if stood and not frame.longer else ("", "")
     builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting}{told} {words}.", promise)
+
+
+def _lingering(builder: PolicyBuilder, frame: F.Wait) -> F.Wait:
+    """A wait that is to be longer at the stop that is meant; to linger where it stands already is that, too."""
+    if not (frame.duration or frame.longer or frame.aim or frame.by):
+        frame = replace(frame, longer=_stands_for(builder, frame) >= USUAL_WAIT)
+    return replace(frame, place=_stop_meant(builder, frame.place)) if frame.longer else frame
 
 
 def _wait_beside(builder: PolicyBuilder, item: SceneObject, frame: F.Wait, name: str, lasting: str, near: str) -> None:

@@ -105,39 +105,52 @@ def realise(
 
 
 def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
-    """A frame as what it is on a path that stands still on the way.
+    """A frame as what it is on this path: where it stands still, passes over things, or is nowhere above the ground."""
+    match frame:
+        case F.Height(of="", level=F.Quantity(role="to") as level) if level.value > 0.0:
+            return (_above_the_bottom(builder, frame, level),)
+        case F.MoveEnd(end="goal", offset=(), aim="", relation="to") | F.StopAt(by=F.Quantity()):
+            return (_at_its_stop(builder, frame),)
+        case F.Hover(by=None):
+            return _hovering(builder, frame)
+    return (frame,)
 
-    Hovering above objects by which it stands, or over which it passes, is to wait there. A goal at an object by which
-    it stands is that stop, and to stop short of it is to keep so far away.
-    """
-    if isinstance(frame, F.Height) and frame.level.role == "to" and frame.level.value > 0.0 and not frame.of:
-        if float((builder.trajectory.positions @ builder.axis("up")).max()) < 0.0:  # z = 0 is no ground there
-            builder.assume("z = 0 is above the path, so that it is so much higher than now")
-            up: F.Offset = (("up", replace(frame.level, role="by")),)
-            return (F.Shift(offset=up, part=frame.part, words=frame.words),)
-    item = builder.item(frame.place) if isinstance(frame, F.MoveEnd | F.StopAt) else None
+
+def _above_the_bottom(builder: PolicyBuilder, frame: F.Height, level: F.Quantity) -> F.SemanticFrame:
+    """A height above the ground of a path that is all below z = 0, where that is no ground: so much higher."""
+    if float((builder.trajectory.positions @ builder.axis("up")).max()) >= 0.0:
+        return frame
+    builder.assume("z = 0 is above the path, so that it is so much higher than now")
+    return F.Shift(offset=(("up", replace(level, role="by")),), part=frame.part, words=frame.words)
+
+
+def _at_its_stop(builder: PolicyBuilder, frame: F.MoveEnd | F.StopAt) -> F.SemanticFrame:
+    """A goal at an object by which the path stands on the way is that stop; to stop short of it keeps so far away."""
+    item = builder.item(frame.place)
     stop = stop_by(builder, item) if item is not None else ""
-    if item is not None and stop and int(stop) < len(builder.trajectory) - 2:
-        match frame:
-            case F.MoveEnd(end="goal", offset=(), aim="", relation="to") if not builder.has(F.Visit, F.Side):
-                builder.assume(f"the path stops at {item.name} on the way, and ends there")
-                return (F.StopAt(place=item.name, words=frame.words),)
-            case F.StopAt(by=F.Quantity() as by):
-                builder.assume(f"the path stops at {item.name} and goes on, so that it stays that far away")
-                far = replace(by, role="at_least")
-                return (F.Clearance(objects=(item.name,), distance=far, words=frame.words),)
-    if not isinstance(frame, F.Hover) or frame.by is not None:
-        return (frame,)
+    if item is None or not stop or int(stop) >= len(builder.trajectory) - 2 or builder.has(F.Visit, F.Side):
+        return frame
+    if isinstance(frame, F.MoveEnd):
+        builder.assume(f"the path stops at {item.name} on the way, and ends there")
+        return F.StopAt(place=item.name, words=frame.words)
+    builder.assume(f"the path stops at {item.name} and goes on, so that it stays that far away")
+    far = replace(frame.by or F.Quantity(0.0), role="at_least")
+    return F.Clearance(objects=(item.name,), distance=far, words=frame.words)
+
+
+def _hovering(builder: PolicyBuilder, frame: F.Hover) -> Sequence[F.SemanticFrame]:
+    """Waits in place of hovering above objects, where the path stands by them or passes over them."""
     items = [builder.scene[name] for name in frame.objects]
     if all(stop_by(builder, item) for item in items):
         return [F.Wait(place=item.name, duration=frame.duration, words=frame.words) for item in items]
-    over = [passed_over(builder.trajectory.positions, item, builder.axis("up")) for item in items]
-    if None in over:
+    over = {item.name: passed_over(builder.trajectory.positions, item, builder.axis("up")) for item in items}
+    known = {name: at for name, at in over.items() if at is not None}
+    if len(known) < len(items):
         return (frame,)
     waits = []
-    for item, at in sorted(zip(items, over, strict=True), key=lambda pair: -(pair[1] or 0)):
-        builder.assume(f"the path passes over {item.name} at waypoint {(at or 0) + 1}")
-        place = F.Quantity(float((at or 0) + 1), "waypoints", "at")
+    for name, at in sorted(known.items(), key=lambda pair: -pair[1]):  # those behind first: a wait adds waypoints
+        builder.assume(f"the path passes over {name} at waypoint {at + 1}")
+        place = F.Quantity(float(at + 1), "waypoints", "at")
         waits.append(F.Wait(place=place, duration=frame.duration, words=frame.words))
     return waits
 
@@ -149,12 +162,9 @@ def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
     aside = np.linalg.norm(level - item.position, axis=1)
     over = (item.cuboid.signed(level)[0] <= 0.0) & (rise > float(np.abs(up @ item.rotation) @ item.size) / 2.0)
     over[[0, -1]] = False
-    elsewhere = not over[int(item.distance(path).argmin())]  # where it is nearest else, it would be led back there
-    return (
-        int(np.where(over, aside, np.inf).argmin())
-        if elsewhere and item.dimensions is not None and over.any()
-        else None
-    )
+    if item.dimensions is None or not over.any() or over[int(item.distance(path).argmin())]:
+        return None
+    return int(np.where(over, aside, np.inf).argmin())
 
 
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
