@@ -121,7 +121,9 @@ def back_first(said: str, state: DialogueState) -> tuple[str, str]:
     edits = () if back is None or back.unread else back.edits
     goes = edits and all(isinstance(edit, Command) and edit.command in ("undo", "restart") for edit in edits)
     goes = goes and not DENYING.issuperset(first.lower().split())  # "no, right" corrects
-    return (first, rest) if goes and _is_certain(state._read(rest)) else ("", said)
+    wish = state._read(rest)
+    anew = any(name_of(frame) != "return" for frame in wish.frames)  # "back to how it was" says no more
+    return (first, rest) if goes and anew and _is_certain(wish) else ("", said)
 
 
 def _keeps_ends(edits: Sequence[Edit]) -> bool:

@@ -284,6 +284,7 @@ _THERE = re.compile(
 
 
 _HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
+_THERE_ON = re.compile(r"\bfrom there on(?:wards?)?\b", re.IGNORECASE)
 _FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
 
 
@@ -292,7 +293,9 @@ def with_place(text: str, place: str, scene: Scene) -> str:
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
     text = _HOVER.sub("wait", text)
-    text = _FROM_THERE.sub(f"from {place.removeprefix('at ')} ", text) if place.startswith("at the ") else text
+    if place.startswith("at the "):
+        text = _FROM_THERE.sub(f"from {place.removeprefix('at ')} ", text)
+        text = _THERE_ON.sub(f"after {place.removeprefix('at ')}", text)
     return _THERE.sub(lambda found: f"{found['do']} {place}", text)
 
 

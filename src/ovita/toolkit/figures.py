@@ -168,6 +168,8 @@ def circle(
     count = positive(turns, "turns", MOST_TURNS)
     i = arguments.locate(rows, centre, "obj")
     up = frame.direction("up")
+    inside = i
+    i = i if radius is None or not isinstance(obj, SceneObject) else _crossing(rows, i, centre, radius, up)
     ahead = level_heading(rows, i, up, frame.direction("front"))
     away = rows[i, :3] - centre
     centre += (away @ up) * up
@@ -182,7 +184,7 @@ def circle(
     tangent = np.cross(up, outward)
     sense = _sense(tangent @ ahead < 0.0 if clockwise is None else clockwise)
     step, whole, goes_on = spacing(rows[:, :3]), count.is_integer(), i + 1 < len(rows)
-    bend = ring if distance > ring else ring / 2.0
+    bend = ring / 3.0 if i != inside else ring if distance > ring else ring / 2.0
     # In the plane, with the centre at 0 and the waypoint on the first axis.
     here = np.array([distance, 0.0, _angle(ahead, outward, tangent)])
     straight_in = abs(ring - distance) <= 1e-9 and np.cos(here[2] - sense * np.pi / 2.0) >= TANGENTIAL
@@ -313,6 +315,20 @@ def noise(
     away = away[distinct(rows)][np.cumsum(distinct(rows)) - 1]
     rows[selected, :3] += radius * away[selected]
     return rows
+
+
+def _crossing(rows: Array, i: int, centre: Array, radius: float, up: Array) -> int:
+    """Where a path that passes within a circle comes out of it, or into it if it never does; else waypoint i."""
+    away = rows[:, :3] - centre
+    flat = np.linalg.norm(away - (away @ up)[:, None] * up, axis=1)
+    if flat[i] >= WITHIN * radius:
+        return i
+    behind, before = np.flatnonzero(flat[i:] >= radius), np.flatnonzero(flat[:i] >= radius)
+    return int(i + behind[0]) if len(behind) else int(before[-1]) if len(before) else i
+
+
+WITHIN = 0.9
+"""The share of a circle's radius within which a path passes inside it."""
 
 
 def _rejoined(rows: Array, i: int, end: Array, heading: Array, radius: float, frame: Frame) -> Array:
