@@ -94,7 +94,7 @@ BARE = {
 """Words that name a part of the path only with what follows: "the last 10 cm", but "last, go up"."""
 
 PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
-PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for".split())
+PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for pass".split())
 BESIDE = frozenset("near around over under toward past".split())
 COMPARED = frozenset("closer near farther faster slower up down raise lower".split())
 

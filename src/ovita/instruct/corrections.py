@@ -263,8 +263,16 @@ def ends_kept(said: Remark) -> Iterator[Candidate]:
     ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
     words = _staying(said, ends)
     if ends and words and said.before and not any(map(_tells_more, said.pieces)):
-        edits = tuple(E.Also(frame=F.Keep(what=end)) for end in ends)
-        yield Candidate(edits, (*pieces, *words, *said.cued("not", "also", "restart", "undo")), sure=True)
+        edits = tuple(edit for end in ends for edit in _back_at(said, end))
+        yield Candidate(
+            edits, (*pieces, *words, *said.cued("not", "also", "restart", "undo", "keep"), *said.of("rest")), sure=True
+        )
+
+
+def _back_at(said: Remark, end: F.End) -> Sequence[E.Edit]:
+    """What puts an end back: without what moved it alone, or with it kept where all else moved it."""
+    moved = [i for i, frame in enumerate(said.before) if isinstance(frame, F.MoveEnd) and frame.end == end]
+    return [E.Drop(on=said.on(i)) for i in moved] or [E.Also(frame=F.Keep(what=end))]
 
 
 def _staying(said: Remark, ends: Sequence[str]) -> list[Phrase]:

@@ -41,6 +41,15 @@ def _halved(found: re.Match[str]) -> str:
     return f"{found['lead']}{float(found['n']) / 2.0:g} {found['unit']}"
 
 
+def _a_share(found: re.Match[str]) -> str:
+    """A share of the speed as a number: "a quarter of the original speed"."""
+    return f"at {SHARES_OF[found['share'].lower()]:g}% of the speed"
+
+
+SHARES_OF = {"half": 50.0, "third": 33.3, "quarter": 25.0, "fifth": 20.0, "tenth": 10.0}
+"""Per cent by the words for them."""
+
+
 def _stopping(found: re.Match[str]) -> str:
     """A stop that is too long, or too short: "the stop at the rack is too long, half of that will do"."""
     much = (found["much"] or ("half" if found["way"].lower() == "long" else "twice")).lower()
@@ -55,6 +64,7 @@ def _slowly(found: re.Match[str]) -> str:
 MEANT: Mapping[str, Callable[[re.Match[str]], str]] = {
     "wound": _wound, "lasting": _lasting, "paced": _paced, "arriving": _arriving, "halved": _halved,
     "stopping": _stopping, "slowly": _slowly,
+    "a_share": _a_share,
 }  # fmt: skip
 """What stands as "@name" in the files of turns of phrase."""
 
@@ -233,6 +243,7 @@ _OLD = re.compile(
 _TOO_FAR = re.compile(r"\btoo far (?:over |out )?(?:to the )?(?P<way>left|right)\b", re.IGNORECASE)
 
 
+_NOT_DOING = re.compile(r",? ?\b(?:instead of|rather than) (?!being\b)\w+ing\b [^.;!?,]*,? ?", re.IGNORECASE)
 _SIDE_OF = re.compile(
     r"(?P<side>\b(?:left|right)(?:[- ]hand)?(?: side)?) of the "
     r"(?P<of>corridor|hallway|hall|road|street|lane|track|room|aisle|path|way)\b",
@@ -251,6 +262,10 @@ def without_now(text: str, scene: Scene) -> str:
     text = _OLD.sub("the ", text)
     known = {word.lower() for name in scene.names for word in name.split()}
     text = _SIDE_OF.sub(lambda found: found[0] if found["of"].lower() in known else found["side"], text)
+    text = _NOT_DOING.sub("", text)
+    text = re.sub(
+        rf",? ?\b(?:and |but )?never mind (?:about )?{_names(scene)}(?=\s*(?:$|[.,;!?]))", "", text, flags=re.I
+    )
     ignored = rf"^\W*(?:forget|never mind|ignore)(?: about)? {_names(scene)}(?: and {_names(scene)})?[.;]\s*(?=\w)"
     text = (
         re.sub(ignored, "", text, flags=re.IGNORECASE) if re.match(r"\W*(?:forget|never|ignore)", text, re.I) else text
@@ -283,6 +298,13 @@ _THERE = re.compile(
 )
 
 
+_ONLY_THERE = re.compile(r",? ?\b(?:but|and) only there\b", re.IGNORECASE)  # where it is said before
+_THAT_PART = re.compile(
+    r"\b(?:over|on|in|along|for|through|during) (?:that|this) (?:same )?(?:bit|part|stretch|piece|section|leg)\b",
+    re.IGNORECASE,
+)
+_OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
+_ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b", re.IGNORECASE)
 _HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
 _THERE_ON = re.compile(r"\bfrom there on(?:wards?)?\b", re.IGNORECASE)
 _FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
@@ -290,8 +312,12 @@ _FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
 
 def with_place(text: str, place: str, scene: Scene) -> str:
     """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
+    text = _ONLY_THERE.sub("", _THAT_PART.sub("there", text))
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
+    if _OWN_PLACE.search(text):
+        return text
+    text = _ELSE.sub(f"everywhere except {place}", text)
     text = _HOVER.sub("wait", text)
     if place.startswith("at the "):
         text = _FROM_THERE.sub(f"from {place.removeprefix('at ')} ", text)

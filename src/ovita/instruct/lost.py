@@ -248,6 +248,17 @@ def _without_unit(it: Facts) -> str:
     return next(filter(None, told), "")
 
 
+def _height_or_speed(it: Facts) -> str:
+    """A number without a unit that may be a height or a speed: "keep it under 0.5"."""
+    bare = any(isinstance(frame, F.Height) and frame.level.unit == "" for frame in it.frames)
+    number = next((chunk.text for chunk in it.said if chunk.kind == "Qn"), "")
+    return f"{number} may be a height or a speed." if bare and number and it.kinds.isdisjoint(HIGH) else ""
+
+
+HIGH = frozenset("height up down raise lower level ceiling floorlimit ground over axis rising falling".split())
+"""Classes of words with which a number is a height."""
+
+
 def _as_taken(number: float, guessed: Sequence[float], bare: Sequence[float]) -> str:
     """What a bare number is taken for."""
     if number >= 1.0 and among(guessed, number * CENTI):
@@ -377,6 +388,7 @@ LOST = (
     _exception_left,
     _over_unsaid,
     _without_unit,
+    _height_or_speed,
     _goes_on,
     _extreme,
 )

@@ -23,6 +23,7 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
             frames = tuple(made for frame in frames if (made := change(frame, said)) is not None)
     if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
         frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
+    frames = _stops_at_its_end(frames)
     frames = _only_there(frames) if " again " in text or " agian " in text else frames
     return _rest_kept(_but_for_ends(_crawling(frames, said), kinds))
 
@@ -47,6 +48,12 @@ def _keeps(frame: F.SemanticFrame, end: str) -> bool:
 
 ENDS: Mapping[F.End, PathPart] = {"start": outside(PathPart("first")), "goal": outside(PathPart("last"))}
 """All but what is at an end."""
+
+
+def _stops_at_its_end(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:
+    """Without a stop where the path is said to end anyway: "finish above the cup and stop there"."""
+    ends = {frame.place for frame in frames if isinstance(frame, F.MoveEnd) and frame.end == "goal" and frame.place}
+    return tuple(frame for frame in frames if not (isinstance(frame, F.StopAt) and frame.place in ends))
 
 
 def _only_there(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:

@@ -188,6 +188,8 @@ class Catalog:
         names = {self.words[item.name]: item for item in self.scene if self.words[item.name]}
         names = {("".join(words),): item for words, item in names.items()} | names
         for head, items in self.heads.items():
+            if head in NUMBERED:
+                continue
             if len(items) == 1 and not concept_at((head,), 0)[0] and not is_filler(head):
                 names.setdefault((head,), items[0])
             elif len(items) == 1 and is_filler(head) and head not in ROBOT:
@@ -348,6 +350,9 @@ def _is_person(item: SceneObject) -> bool:
     kind = kind_of(item.name, item.extra)
     return kind is not None and kind.name == "person"
 
+
+NUMBERED = frozenset("one two three four five six seven eight nine ten".split())
+"""Words that are numbers even where an object's name ends in them: the bicycle built for two."""
 
 PEOPLE = ("person", "man", "woman", "guy", "lady", "human")
 """Words that fit any person, whatever the scene calls it."""

@@ -268,6 +268,8 @@ def _set(s: _Speed, value: float) -> None:
     now = float(s.chosen.mean())
     if {"slower": value > now, "faster": value < now}.get(s.frame.change):
         s.builder.assume(f"{value:g} m/s is not {s.frame.change} than the {now:.3g} m/s there now")
+    if s.mask.all():
+        _without_halts(s, value)
     knob = s.knob("speed", value, "to", "", way="faster")
     promise = f"expect_speed({knob}{s.argument})"
     s.add(f"set_speed(traj, {knob}{s.argument})", f"Set the speed to {value:g} m/s", promise)
@@ -295,20 +297,22 @@ def _bound(s: _Speed) -> None:
         key, which, holds = "at_most", "highest", (moving <= value).all()
     else:
         key, which, holds = "at_least", "lowest", (moving >= value).all()
-        _without_halts(s)
+        _without_halts(s, value)
     name = s.knob("limit", value, cast(Role, key), f"{which} speed")
     plan, promise = f"Keep the speed {key.replace('_', ' ')} {value:g} m/s", f"expect_speed({key}={name}{s.argument})"
     s.add(f"bound_speed(traj, {key}={name}{s.argument})", plan, promise, holds=bool(holds))
 
 
-def _without_halts(s: _Speed) -> None:
-    """No waypoint on the way at which the speed but touches 0, where there is to be a least speed."""
+def _without_halts(s: _Speed, value: float) -> None:
+    """So fast also at waypoints on the way at which the speed but touches 0."""
     path = s.builder.trajectory.positions
     still = (np.diff(path, axis=0) == 0.0).all(axis=1)
     halts = [i for i in range(1, len(path) - 1) if s.all[i] <= 0.0 and s.mask[i] and not (still[i - 1] or still[i])]
     if halts:
         where, words = s.builder.part(PathPart("indices", ranges=tuple((i, i) for i in halts), count=len(path)))
-        s.builder.add(f"traj = keep_moving(traj, where={where})", f"Go on{words}, where the speed was 0.")
+        s.builder.add(
+            f"traj = set_speed(traj, {short(value):g}, where={where})", f"Go on{words}, where it stops short."
+        )
 
 
 def _ramp(s: _Speed) -> None:
@@ -339,6 +343,8 @@ def _from_to(s: _Speed) -> tuple[float, float]:
         end = float(behind[0]) if len(behind) and behind[0] > 0.0 else 1.5 * float(s.all.max())
     else:
         end = 0.0 if s.mask.all() or s.frame.part.kind in ("last", "after") else 0.25 * s.mean
+    caps = [one.amount.value for one in s.builder.frames if isinstance(one, F.Pace) and _is_cap(one) and one.amount]
+    end = min(end, *caps) if rises and caps else end
     if rises:
         begin = min(first, 0.5 * s.mean, 0.5 * end)
     else:
@@ -347,6 +353,11 @@ def _from_to(s: _Speed) -> tuple[float, float]:
         if s.q is None and not s.mask.all() and begin + end > 1.5 * float(s.chosen.mean()):
             begin *= 0.5  # it falls there already; a lower speed must be clearly lower
     return float(f"{begin:.3g}"), float(f"{end:.3g}")
+
+
+def _is_cap(frame: F.Pace) -> bool:
+    """Whether it is a highest speed [m/s] for all of the path."""
+    return frame.change == "cap" and not frame.part and frame.amount is not None and frame.amount.unit in ("m/s", "")
 
 
 def _sharpness(rows: Array) -> int:

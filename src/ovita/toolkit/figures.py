@@ -153,7 +153,7 @@ def circle(
     The circle is level and at that waypoint's height. Where the path does not run into it, an arc, a line and an arc
     lead onto it without a corner, and back, so that the object is gone around so many times in all; after turns that
     are not whole, they lead from where the circle ends to the next waypoint. A circle with a radius at a waypoint
-    itself lies beside it.
+    itself lies beside it, and one around an object within which the path passes begins where the path comes out.
 
     Args:
         traj: (N, 4); the result has the new waypoints inserted, no farther apart than the mean spacing
