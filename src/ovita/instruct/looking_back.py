@@ -16,7 +16,7 @@ from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import limits
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import apply, directions_of, slots
+from ovita.instruct.editing import apply, directions_of, is_called, slots
 from ovita.instruct.frames import frame_objects, name_of
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
@@ -360,8 +360,15 @@ KINDS = {
 def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
     """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
     mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and limits(it.said))
-    against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said)
+    against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said) or _drops_unnamed(edits, it.said)
     return mere or against or _idle(edits, it.said.before)
+
+
+def _drops_unnamed(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether a change is given up that no word names."""
+    named = [said.before[i] for i in said.meant(said.naming)]
+    dropped = [edit.on for edit in edits if isinstance(edit, E.Drop) and edit.on]
+    return any(not any(is_called(frame, on) for frame in named) for on in dropped)
 
 
 def _anew(it: Retrospect, heard: Hearing) -> bool:
