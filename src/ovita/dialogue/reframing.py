@@ -17,7 +17,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ovita.chain import adapt, rerun, to_confirm
-from ovita.dialogue.history import ROOT, History, Kind, Situation
+from ovita.dialogue.history import ROOT, History, Situation
+from ovita.dialogue.interpretation import Feedback, Interpretation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
@@ -40,7 +41,6 @@ from ovita.instruct.frames import (
 from ovita.instruct.idioms import with_both, with_name, with_place, with_thing
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.looking_back import EVEN
-from ovita.instruct.numerals import amount_at
 from ovita.instruct.referee import feedback as refereed
 from ovita.measure import compare
 from ovita.paths.part import PathPart
@@ -131,46 +131,6 @@ def _keeps_ends(edits: Sequence[Edit]) -> bool:
     return bool(edits) and all(
         isinstance(edit, Also) and isinstance(edit.frame, Keep) and edit.frame.what in SPOTS for edit in edits
     )
-
-
-@dataclass(frozen=True)
-class Interpretation:
-    """What an utterance does to a session: it adds a step of a kind, goes to another, or (None and None) does neither.
-
-    `asked` is the utterance, where the result is a question.
-    """
-
-    result: Adaptation
-    kind: Kind | None = "said"
-    on: FeedbackOn = "current"
-    goto: int | None = None
-    asked: str = ""
-
-
-@dataclass(frozen=True)
-class Feedback:
-    """Feedback as it was read: edits of the frames of the turns in force from `first` on, or a question.
-
-    `values` are what was realised for these frames; `parameters` are new values, where the words name a parameter.
-    """
-
-    said: str
-    reading: Reading
-    frames: tuple[SemanticFrame, ...] = ()
-    first: int = 0
-    values: Mapping[str, Quantity] | None = None
-    parameters: Mapping[str, float] | None = None
-
-    @property
-    def edits(self) -> tuple[Edit, ...]:
-        """What is to be changed."""
-        return self.reading.edits
-
-    @property
-    def left_over(self) -> tuple[str, ...]:
-        """The unread words, where they hold an amount or are several."""
-        words = self.reading.unread
-        return words if len(words) > 1 or any(amount_at(w.split(), 0) is not None for w in words) else ()
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,9 @@ from ovita.dialogue.history import (
     replayed,
     write_session,
 )
+from ovita.dialogue.interpretation import Interpretation
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
-from ovita.dialogue.reframing import DialogueState, Interpretation, Reader, back_first, respond
+from ovita.dialogue.reframing import DialogueState, Reader, back_first, respond
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal
