@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ovita.chain import adapt, rerun, to_confirm
-from ovita.dialogue.history import ROOT, History, Situation
+from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.interpretation import Feedback, Interpretation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
