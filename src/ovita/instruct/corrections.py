@@ -123,18 +123,25 @@ def copies(said: Remark) -> Iterator[Candidate]:
     i = _about_objects(said)
     if i is None or not (said.adds or said.cued("same")):
         return
-    new = [p for p in said.active if p.items]
-    other = _other_one(said) if not new else []
-    names = tuple(name for name in _items(new) if name not in said.before[i].named)
-    names = names or (said.alike(said.before[i]) if other else ())
-    if not names or not (new or len(names) == 1):
-        return
+    names, naming = _besides(said, said.before[i])
     all_of = [p for p in said.active if p.text.split()[0] in ALL_OF]
     meant = _alike(said, i) if all_of else [i]
-    if len(meant) > 1 or not all_of:
-        made = (apply((E.Replace(objects=names),), (said.before[k],), Scene())[0] for k in meant)
-        used = (*new, *other, *all_of, *said.of(*NEAR), *said.cued("also"))
-        yield Candidate(tuple(E.Also(frame=frame) for frame in made), used, sure=bool(other or all_of))
+    if not names or (all_of and len(meant) == 1):
+        return
+    made = (apply((E.Replace(objects=names),), (said.before[k],), Scene())[0] for k in meant)
+    used = (*naming, *all_of, *said.of(*NEAR), *said.cued("also"))
+    sure = bool(all_of) or not any(p.items for p in naming)
+    yield Candidate(tuple(E.Also(frame=frame) for frame in made), used, sure=sure)
+
+
+def _besides(said: Remark, frame: F.SemanticFrame) -> tuple[tuple[str, ...], list[Phrase]]:
+    """The objects that a remark names besides a frame's, and the pieces that name them: "the other one" is one, too."""
+    new = [p for p in said.active if p.items]
+    if names := tuple(name for name in _items(new) if name not in frame.named):
+        return names, new
+    other = [] if new else _other_one(said)
+    alike = said.alike(frame) if other else ()
+    return (alike, other) if len(alike) == 1 else ((), [])
 
 
 ALL_OF = ("both", "all", "everything")

@@ -317,16 +317,17 @@ def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
     edits = (*it.best.edits, *heard.edits.edits)
     if not edits or not (_only(edits, E.Rescale | E.Set) or _gives_up(edits)):
         return False
-    named = {name for piece in it.said.active for name in piece.items}
-    if (
-        named
-        and _gives_up(edits)
-        and named.isdisjoint(name for frame in it.said.before for name in frame_objects(frame))
-    ):
+    if _gives_up(edits) and _names_others(it.said):
         return True
     words = {*words_in(it.said.pieces)}
     meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
     return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
+
+
+def _names_others(said: Remark) -> bool:
+    """Whether a remark names objects, and none that a change is about."""
+    named = {name for piece in said.active for name in piece.items}
+    return bool(named) and named.isdisjoint(name for frame in said.before for name in frame_objects(frame))
 
 
 def _is_of(kind: str, frame: F.SemanticFrame) -> bool:

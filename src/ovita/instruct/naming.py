@@ -21,11 +21,16 @@ def as_named(frames: tuple[F.SemanticFrame, ...], said: Sequence[Chunk]) -> tupl
     for called, change in CALLED:
         if called(kinds, text):
             frames = tuple(made for frame in frames if (made := change(frame, said)) is not None)
-    if any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
-        frames = tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
-    frames = _stops_at_its_end(frames)
-    frames = _only_there(frames) if " again " in text or " agian " in text else frames
+    frames = _stops_at_its_end(_ends_once(frames))
+    frames = _only_there(frames) if " again " in text else frames
     return _rest_kept(_but_for_ends(_crawling(frames, said), kinds))
+
+
+def _ends_once(frames: tuple[F.SemanticFrame, ...]) -> tuple[F.SemanticFrame, ...]:
+    """Frames in which both ends that are to stay are one wish, not three."""
+    if not any(isinstance(frame, F.Keep) and frame.what == "ends" for frame in frames):
+        return frames
+    return tuple(f for f in frames if not (isinstance(f, F.Keep) and f.what in ("start", "goal")))
 
 
 def _but_for_ends(frames: tuple[F.SemanticFrame, ...], kinds: Set[str]) -> tuple[F.SemanticFrame, ...]:

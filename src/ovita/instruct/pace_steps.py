@@ -593,8 +593,8 @@ def _own_stops(builder: PolicyBuilder, part: PathPart) -> PathPart | None:
     item = builder.scene[part.places[0]]
     reach = ITS_OWN * builder.scale.near(path, item)
     near = [a for a in _stops(rows) if item.core(path).depth(path[[a]])[0] <= reach]
-    away = {a: {one.name: float(one.cuboid.signed(path[[a]])[0][0]) for one in builder.scene} for a in near}
-    own = [a for a in near if away[a][item.name] <= min(away[a].values()) + 1e-9]
+    away = np.array([one.cuboid.signed(path[near])[0] for one in (item, *builder.scene)])
+    own = [a for a, is_nearest in zip(near, away[0] <= away.min(axis=0) + 1e-9, strict=True) if is_nearest]
     if not own or len(own) == len(near):
         return None
     return PathPart("indices", ranges=tuple(stands(rows, a) for a in own), count=len(path))
