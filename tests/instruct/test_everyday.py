@@ -18,6 +18,7 @@ def scene(**places):
 
 
 LINE = Trajectory(np.column_stack([np.linspace(0, 2, 41), np.zeros(41), np.full(41, 0.3)]), np.full(41, 0.3))
+CLIMB = LINE.with_(positions=LINE.positions + np.linspace(0, 1, 41)[:, None] * [0.0, 0.0, 0.4])
 TABLE = scene(cup=[0.5, 0.15, 0.3], plate=[0.7, -0.15, 0.3], vase=[1.5, 0.2, 0.3])
 
 
@@ -183,3 +184,53 @@ def test_a_wait_there_is_where_the_last_change_was():
     still = (np.diff(session.current.positions, axis=0) == 0).all(axis=1)
     assert still.sum() == 20 and abs(session.current.positions[np.flatnonzero(still)[0], 0] - 0.5) < 0.15
     assert session.current.positions[:, 2].max() < 0.36
+
+
+def test_another_length_is_so_much_more_than_what_was_guessed():
+    session, first = talk("stay a bit farther from the cup", path=LINE, objects=TABLE)
+    guessed = next(iter(first.parameters)).value
+    result = session.say("another 3 cm")
+    assert result.usable and next(iter(result.parameters)).value == pytest.approx(guessed + 0.03)
+
+
+def test_how_long_is_about_the_wait_and_not_about_a_later_shift():
+    session, _ = talk("wait 1 s at the cup", "10 cm higher", "stay there twice as long", path=LINE, objects=TABLE)
+    still = (np.diff(session.current.positions, axis=0) == 0).all(axis=1)
+    assert still.sum() == 20 and session.current.positions[0, 2] == pytest.approx(0.4)
+
+
+def test_an_amount_for_a_part_is_not_silently_for_the_whole():
+    session, _ = talk("drive at 0.2 m/s", path=LINE, objects=TABLE)
+    before = session.current
+    assert (
+        session.say("make that 0.25 for the second half").status == "needs_confirmation" and session.current is before
+    )
+
+
+def test_on_the_way_in_is_before_the_thing_that_was_meant():
+    session, _ = talk("slow down near the cup", "only on the way in", path=LINE, objects=TABLE)
+    speeds = session.current.speeds
+    assert speeds[9] < 0.3 and np.allclose(speeds[11:], 0.3)
+
+
+def test_the_rest_is_all_but_where_it_was_changed():
+    session, _ = talk("slow down near the cup", "a bit faster on the rest", path=LINE, objects=TABLE)
+    assert session.current.speeds[10] < 0.3 < session.current.speeds[30]
+
+
+def test_only_what_is_near_a_thing_is_put_back():
+    session, _ = talk("go up by 5 cm", "leave it as it was near the vase", path=LINE, objects=TABLE)
+    heights = session.current.positions[:, 2]
+    assert heights[0] == pytest.approx(heights[5]) and heights[30] == pytest.approx(LINE.positions[30, 2])
+
+
+def test_a_path_scaled_at_its_height():
+    session, _ = talk("make it twice as large, keep the height", path=CLIMB, objects=TABLE)
+    size = np.ptp(session.current.positions, axis=0)
+    assert size[2] == pytest.approx(0.4) and size[0] == pytest.approx(4.0)
+
+
+def test_backwards_begins_where_it_ended_and_needs_no_other_start():
+    ends = scene(door=[0.0, 0.15, 0.3], dock=[2.0, 0.15, 0.3])
+    _, result = talk("go the other way round, begin at the dock and finish at the door", path=LINE, objects=ends)
+    assert np.allclose(result.adapted.positions, LINE.positions[::-1])

@@ -40,6 +40,11 @@ def test_every_turn_of_phrase_compiles_and_knows_its_groups(turn):
         ("slower at panels 1 to 3", "slower at panel 1 and panel 2 and panel 3"),
         ("bit more, another 5 cm", "5 cm more"),
         ("that's a bit short", "that is a bit too short"),
+        ("bit faster then, to make up the time", "a bit faster then"),
+        ("z floor 1.0 m", "never lower than 1.0 m"),
+        ("but don't move the start", "but keep the start"),
+        ("the end must not move", "keep the end"),
+        ("fly up to the hen", "go to the hen"),
     ],
 )
 def test_it_is_put_in_plain_words(said, meant):

@@ -75,7 +75,8 @@ def _place_of(
 def _value(piece: Phrase, q: F.Quantity, where: _Where, said: Remark) -> E.Edit:
     """A slot's other value; five "times" are turns."""
     on, slot = said.on(where[0]), where[1]
-    step: Any = _step(piece, said) if slot in said.before[where[0]].quantities else 0
+    frame = said.before[where[0]]
+    step: Any = _step(piece, said) if slot in frame.quantities or isinstance(frame, F.Approach) else 0
     q = replace(q, unit="") if (slot, q.unit) == ("turns", "x") else q
     return E.Set(on=on, slot=slot, quantity=q, step=step)
 

@@ -332,10 +332,12 @@ def argument(mask: str) -> str:
     return f", where={mask}" if mask else ""
 
 
-def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
-    """A part of the path with what it leaves open filled in, which is told."""
+def resolved(builder: PolicyBuilder, part: PathPart, *, left_out: bool = False) -> PathPart:
+    """A part of the path, or what is left out of one, with what it leaves open filled in, which is told."""
     if part.parts:
-        return _end_of_part(builder, replace(part, parts=tuple(resolved(builder, inner) for inner in part.parts)))
+        out = left_out or part.kind == "outside"
+        inside = tuple(resolved(builder, inner, left_out=out) for inner in part.parts)
+        return _end_of_part(builder, replace(part, parts=inside))
     if part.direction:
         return replace(part, amount=part.amount or 0.0, direction=builder.word(part.direction))
     if part.kind in SHARES and part.amount is None:
@@ -348,7 +350,7 @@ def resolved(builder: PolicyBuilder, part: PathPart) -> PathPart:
     if part.kind == "indices" and not part.ranges:
         return replace(part, count=len(builder.trajectory))
     if part.kind == "near":
-        return _resolved_near(builder, part, part.places[0])
+        return _resolved_near(builder, part, part.places[0], left_out)
     if part.kind == "between":
         return _without_stops(builder, _led_between(builder, part))
     return _passed_level(builder, part) if part.kind in ("before", "after") else part
@@ -432,7 +434,7 @@ BY, HOLE = 1.25, 3
 waypoints that are none of it in between."""
 
 
-def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPart:
+def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out: bool) -> PathPart:
     if place in STRETCHES:
         amount = None if place == "middle" else part.amount
         return resolved(builder, PathPart(STRETCHES[place], amount=amount, unit="m"))
@@ -442,7 +444,8 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str) -> PathPa
     usual = builder.scale.near(builder.trajectory.positions, item)
     if (high := _high_over(builder, item, usual)) is not None:
         return high
-    reach, rest = _near_without_stays(builder, item, usual) if _shifts(builder) else (usual, ())
+    shifted = _shifts(builder) and not left_out
+    reach, rest = _near_without_stays(builder, item, usual) if shifted else (usual, ())
     wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
     there = PathPart("near", (item.name,), reach)

@@ -165,6 +165,12 @@ def _changed(frames: Frames, on: str, fits: Callable[[F.SemanticFrame], object],
     return frames if i is None else _put_at(frames, i, change(frames[i]))
 
 
+def _confined(old: PathPart, part: PathPart) -> PathPart:
+    """The part that a change is confined to; on one side of a thing that it is near to, it stays near to it."""
+    sided = part.kind in ("before", "after") and old.kind == "near" and part.places == old.places
+    return both(old, part) if sided else part
+
+
 def _parted(frames: Frames, on: str, change: Change) -> Frames:
     """Frames with the part changed of the one that an edit is about, or of that of its directions which it names."""
     i = chosen(frames, on, bool)
@@ -444,7 +450,7 @@ _APPLIED: dict[type[Edit], Callable[[Any, Frames, Values], Frames]] = {
     Set: _set,
     Flip: lambda edit, frames, _: _changed(frames, edit.on, lambda f: _flip(f) != f, _flip),
     Replace: _replaced,
-    Restrict: lambda edit, frames, _: _parted(frames, edit.on, lambda f: replace(f, part=edit.part)),
+    Restrict: lambda edit, frames, _: _parted(frames, edit.on, lambda f: replace(f, part=_confined(f.part, edit.part))),
     Except: lambda edit, frames, _: _parted(frames, edit.on, lambda f: _outside(f, edit.part)),
     Drop: _dropped,
     Again: _again,

@@ -240,9 +240,11 @@ def resize(builder: PolicyBuilder, frame: F.Resize) -> None:
     meaning = "factor on the size of the path"
     name = builder.knob("factor", factor, "factor", meaning, "by", unit="", direction="larger")
     ends = {end: code for end, code in builder.stay().items() if end == frame.about}
-    promise = f"expect_length(times={name})" if builder.alone and not where else ""
-    call = f"traj = scale(traj, {name}{about}{argument(where)})"
-    builder.add(call, f"Scale the path by {factor:g}{part}.", promise, ends=ends)
+    level = any(isinstance(one, F.Keep) and one.what == "height" and not one.part for one in builder.frames)
+    promise = f"expect_length(times={name})" if builder.alone and not where and not level else ""
+    flat, words = (", horizontally=True", " horizontally") if level else ("", "")
+    call = f"traj = scale(traj, {name}{about}{flat}{argument(where)})"
+    builder.add(call, f"Scale the path{words} by {factor:g}{part}.", promise, ends=ends)
 
 
 def _size_factor(builder: PolicyBuilder, frame: F.Resize) -> float:

@@ -304,15 +304,25 @@ _THAT_PART = re.compile(
     re.IGNORECASE,
 )
 _OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
-_ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b", re.IGNORECASE)
+_ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b|\b(?:on|for) the rest\b(?! of)", re.IGNORECASE)
 _HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
 _THERE_ON = re.compile(r"\bfrom there on(?:wards?)?\b", re.IGNORECASE)
+_WAY_IN = re.compile(
+    r"\bon (?:the|its) way (?P<way>in|out)\b(?! (?:of|to|from)\b)"
+    r"(?:,? (?:but )?not (?:(?:on )?the way (?:out|in)"
+    r"|(?:once|when|after) (?:you're|you are|it's|it is) past (?:it|the [\w -]+)))?",
+    re.IGNORECASE,
+)
+_WAYS = {"in": "before", "out": "after"}
 _FROM_THERE = re.compile(r"\bfrom there (?=to\b)", re.IGNORECASE)
 
 
 def with_place(text: str, place: str, scene: Scene) -> str:
     """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
     text = _ONLY_THERE.sub("", _THAT_PART.sub("there", text))
+    by, _, thing = place.partition(" ")
+    if by in ("at", "near") and thing.startswith("the "):
+        text = _WAY_IN.sub(lambda found: f"{_WAYS[found['way'].lower()]} {thing}", text)
     if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
         return text
     if _OWN_PLACE.search(text):

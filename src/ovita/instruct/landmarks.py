@@ -206,7 +206,7 @@ _KEPT = re.compile(
     re.IGNORECASE,
 )
 _LASTS = (
-    r"\b(?:(?:wait|pause|hold|stay|hover|stop) (?P<as>half|twice|three times) as long"
+    r"\b(?:(?:wait|pause|hold|stay|hover|stop|spend) (?P<as>half|twice|three times) as long"
     r"|(?:don'?t|do not) (?:wait|pause|hold|stay|hover|stop) (?P<less>so|that|as|quite so) long"
     r"|(?P<times>double|halve|half|triple) the (?:pause|wait|stop|hold|hover)(?: time)?)"
     r"(?: (?:at|by|near|over|in|above) (?:(?P<all>(?:all|both|each|every)(?: of)?(?: the)? \w+)"

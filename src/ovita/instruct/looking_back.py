@@ -244,13 +244,29 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     if best == "network" and _is_risky(reading.edits, it):
         likely = min(likely, UNSURE)
-    return replace(reading, confidence=likely)
+    return replace(reading, edits=_of_the_wait(reading.edits, it.said), confidence=likely)
+
+
+def _of_the_wait(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
+    """Edits in which how long is about the one wait among other changes: "stay there twice as long"."""
+    waits = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Wait)]
+    if len(waits) != 1 or {"long", "longer"}.isdisjoint(words_in(said.pieces)):
+        return edits
+    on = said.on(waits[0])
+    return tuple(replace(edit, on=on) if isinstance(edit, E.Rescale) else edit for edit in edits)
 
 
 def _is_risky(edits: Sequence[E.Edit], it: Retrospect) -> bool:
     """Whether the network's edits guess, or take all back where a place is named or something is to stay."""
     flips = _some(edits, E.Flip) and bool(it.said.cued("meant")) and not it.said.cued("flip")
-    return (_gives_up(edits) and (it.places or bool(it.said.cued("keep")))) or flips or _guesses(edits, it.said)
+    gives_up = _gives_up(edits) and (it.places or bool(it.said.cued("keep")))
+    return gives_up or flips or _guesses(edits, it.said) or _is_everywhere(edits, it.said)
+
+
+def _is_everywhere(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether edits change an amount all along where a part of it is named: "make that 0.3 for the second half"."""
+    parts = [frame.part for frame in said.before if frame.part]
+    return not parts and _only(edits, E.Set | E.Rescale) and any(p.concept in PARTS for p in said.active)
 
 
 def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -294,6 +310,9 @@ UNSURE = 0.4
 PLACED = frozenset("start goal first last middle before after between near".split())
 """Concepts of places on the path."""
 
+PARTS = (PLACED | {"second"}) - {"start", "goal", "near"}
+"""Concepts of parts of the path."""
+
 
 def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
     """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
@@ -319,7 +338,7 @@ def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
         return False
     if _gives_up(edits) and _names_others(it.said):
         return True
-    words = {*words_in(it.said.pieces)}
+    words = {*words_in(piece for piece in it.said.pieces if piece.concept != "near")}
     meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
     return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
 

@@ -549,8 +549,9 @@ def keep(builder: PolicyBuilder, frame: F.Keep) -> None:
         builder.kept.add("part")
         builder.add("", f"Change nothing{part}.", f"expect_same_path({where})", f"expect_same_speed({where})")
         return
+    told = builder.kept & {"start", "goal"}
     builder.kept |= {"start", "goal"} if frame.what == "ends" else {frame.what}
-    for what in sorted(builder.kept & {"start", "goal"}):
+    for what in sorted(builder.kept & {"start", "goal"} - told):
         builder.add("", f"Leave the {what} as it is.", ends={what: f"expect_{what}()"})
     if frame.what in ("path", "speed"):
         builder.add("", f"Leave the {frame.what} as it is{part}.", f"expect_same_{frame.what}({where})")

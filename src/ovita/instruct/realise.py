@@ -109,6 +109,8 @@ def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.Semanti
     match frame:
         case F.Height(of="", level=F.Quantity(role="to") as level) if level.value > 0.0:
             return (_above_the_bottom(builder, frame, level),)
+        case F.MoveEnd(offset=(), aim="", relation="to") if _ends_there_backwards(builder, frame):
+            return ()
         case F.MoveEnd(end="goal", offset=(), aim="", relation="to") | F.StopAt(by=F.Quantity()):
             return (_at_its_stop(builder, frame),)
         case F.Hover(by=None):
@@ -122,6 +124,17 @@ def _above_the_bottom(builder: PolicyBuilder, frame: F.Height, level: F.Quantity
         return frame
     builder.assume("z = 0 is above the path, so that it is so much higher than now")
     return F.Shift(offset=(("up", replace(level, role="by")),), part=frame.part, words=frame.words)
+
+
+def _ends_there_backwards(builder: PolicyBuilder, frame: F.MoveEnd) -> bool:
+    """Whether a path run backwards begins or ends by an object anyway: "the other way about, begin at the dock"."""
+    item = builder.item(frame.place)
+    if item is None or not any(isinstance(one, F.Reverse) and not one.part for one in builder.frames):
+        return False
+    path = builder.trajectory.positions
+    away = item.distance(path[[0, -1]])
+    end = 1 if frame.end == "start" else 0
+    return bool(away[end] <= min(away[1 - end], builder.scale.near(path, item)))
 
 
 def _at_its_stop(builder: PolicyBuilder, frame: F.MoveEnd | F.StopAt) -> F.SemanticFrame:

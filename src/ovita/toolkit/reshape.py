@@ -140,6 +140,7 @@ def scale(
     factor: float,
     *,
     about: Place | None = None,
+    horizontally: bool = False,
     where: ArrayLike | None = None,
     ease: float | None = None,
     frame: Frame = RFU,
@@ -152,6 +153,7 @@ def scale(
     Args:
         factor: > 0; 2 doubles all distances from `about`, and speeds stay.
         about: What stays where it is, as for rotate; None for the mean of the selected waypoints.
+        horizontally: Whether heights stay.
     """
     rows = arguments.waypoints(traj)
     times = positive(factor, "factor")
@@ -159,7 +161,9 @@ def scale(
     centre = frame.levelled(_pivot(rows, about, selected))
     if times == 1.0:
         return rows
-    return blended(rows, centre + times * (rows[:, :3] - centre), selected, arguments.share(ease, "ease"))
+    away, up = rows[:, :3] - centre, frame.direction("up")
+    kept = (away @ up)[:, None] * up if horizontally else 0.0
+    return blended(rows, centre + kept + times * (away - kept), selected, arguments.share(ease, "ease"))
 
 
 @operation("Keep to a region")
