@@ -234,3 +234,8 @@ def test_backwards_begins_where_it_ended_and_needs_no_other_start():
     ends = scene(door=[0.0, 0.15, 0.3], dock=[2.0, 0.15, 0.3])
     _, result = talk("go the other way round, begin at the dock and finish at the door", path=LINE, objects=ends)
     assert np.allclose(result.adapted.positions, LINE.positions[::-1])
+
+
+@pytest.mark.parametrize("said", ["scale by -2", "scale by a factor of -0.5", "rotate by -30 degrees"])
+def test_no_minus_is_dropped_unseen(said):
+    assert adapt(LINE, said, scene=TABLE, writer="builtin").status == "needs_confirmation"

@@ -123,6 +123,18 @@ def _number_left(it: Facts) -> str:
     return ""
 
 
+def _sign_left(it: Facts) -> str:
+    """A minus that no frame holds, of what has no sign: "scale by -2", "rotate by -30 degrees"."""
+    below = [then for chunk, then in pairwise(it.said) if chunk.kind == "minus" and then.q is not None]
+    holders = [frame for frame in it.frames if any(among(held_by(frame), then.q.value) for then in below if then.q)]
+    unsigned = holders and all(isinstance(frame, UNSIGNED) for frame in holders)
+    return f"The minus of {below[0].text!r} has no place in it." if unsigned else ""
+
+
+UNSIGNED = (F.Resize, F.Rotate, F.Tilt, F.Wait, F.Clearance, F.Approach)
+"""Frames whose amounts have no sign."""
+
+
 def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
     """What a number may come to with the words behind it: "three-quarter", "seven tenths"."""
     words = " ".join(chunk.text.lower() for chunk in behind).replace("-", " ").split()
@@ -200,7 +212,7 @@ def _nowhere(it: Facts) -> str:
 REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
 """Where what is read is the opposite of what is said, and not even shown."""
 
-LEFT = (_number_left, _object_left)
+LEFT = (_number_left, _sign_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
 CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
