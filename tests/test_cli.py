@@ -207,6 +207,13 @@ def test_chat_feedback_undo_knob_and_save(written, tmp_path):
     assert Adaptation.load(str(tmp_path / "end.json")).adapted.positions[0] == pytest.approx([0.3, 0, 0])
 
 
+def test_chat_with_everything_taken_back_has_nothing_to_undo_or_save(written, tmp_path):
+    lines = ["go left by 0.1", "/undo", "/undo", f"/save {tmp_path / 'end.json'}", "/quit"]
+    done = ovita("chat", written(scene()), stdin="\n".join(lines) + "\n")
+    assert "There is nothing to undo." in done.stdout and "as it was at first" in done.stdout + done.stderr
+    assert "defect" not in done.stdout + done.stderr and not (tmp_path / "end.json").exists()
+
+
 def test_demo_adapts_three_times_and_saves_pictures(tmp_path):
     done = ovita("demo", "--out", tmp_path / "demo")
     assert done.returncode == 0, done.stderr

@@ -20,6 +20,7 @@ def test_every_turn_of_phrase_compiles_and_knows_its_groups(turn):
     groups = set(turn.pattern.groupindex)
     assert {name for name in re.findall(r"\\g<(\w+)>", turn.meant)} <= groups
     assert not turn.meant.startswith("@") or turn.meant[1:] in MEANT
+    assert not turn.said.startswith(("[^", ".")), "it would be tried from every letter on: cubic in the length"
     assert "{" not in re.sub(r"\{\d+(,\d+)?\}|\{THING\}", "", turn.said)
 
 

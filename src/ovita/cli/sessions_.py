@@ -188,7 +188,7 @@ def _set(session: Session, rest: str) -> None:
 
 
 def _undo(session: Session) -> str:
-    last = session.steps[-1].said if session.history.steps else ""
+    last = session.steps[-1].said if session.steps else ""
     return f"Took back: {last} (/redo brings it back)." if session.undo() else "There is nothing to undo."
 
 

@@ -41,7 +41,7 @@ _Where: TypeAlias = tuple[int, str]
 def numbers(said: Remark) -> Iterator[Candidate]:
     """Other values for slots."""
     stated = {p: p.number for p in said.active if p.number} or _turn_words(said)
-    if limits(said):
+    if asks_for_limit(said):
         return
     old = _repeated(stated, said)
     places = {p: where for p in stated if p not in old and (where := _place_of(p, stated, old, said)) is not None}
@@ -53,7 +53,7 @@ def numbers(said: Remark) -> Iterator[Candidate]:
         yield Candidate(tuple(found.values()), (*named, *extra, *old, *places))
 
 
-def limits(said: Remark) -> bool:
+def asks_for_limit(said: Remark) -> bool:
     """Whether a bound on the height is asked for, and no other shift: "limit the altitude to 2 metres instead"."""
     shifted = any(isinstance(frame, F.Shift) for frame in said.before)
     return shifted and not LIMITING.isdisjoint(word for p in said.pieces for word in p.text.split())

@@ -147,8 +147,7 @@ def _bounds(frame: F.SemanticFrame) -> set[str]:
 
 
 def _opposite(claim: str | PathPart) -> str | PathPart:
-    return (
-        outside(claim)
-        if isinstance(claim, PathPart)
-        else {"at_least": "at_most", "at_most": "at_least"}.get(claim) or OPPOSITE[claim]
-    )
+    return outside(claim) if isinstance(claim, PathPart) else OTHER_BOUND.get(claim) or OPPOSITE[claim]
+
+
+OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}

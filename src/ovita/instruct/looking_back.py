@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.amounts import limits
+from ovita.instruct.amounts import asks_for_limit
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, directions_of, is_called, slots
 from ovita.instruct.frames import frame_objects, name_of
@@ -379,7 +379,7 @@ KINDS = {
 
 def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
     """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
-    mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and limits(it.said))
+    mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and asks_for_limit(it.said))
     against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said) or _drops_unnamed(edits, it.said)
     return mere or against or _idle(edits, it.said.before)
 
