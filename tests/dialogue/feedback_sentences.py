@@ -449,7 +449,6 @@ FOURTH = [
     (["slow down in the first half"], "and go 10 cm higher there", {"up": (-0.01, 0.11), "up_end": 0.0}),
     (["raise everything by 0.2"], "haha higher!!", {"up": (0.22, 0.35)}),
     (["raise everything by 0.2"], "limit the altitude to 0.4 m instead", {"up": (0.09, 0.11)}),
-    (["go left by 0.1", "twice as much"], "that is way too much, sorry. The first amount was better.", {"left": 0.1}),
     (LEFT, "raise it by 0.1", {"left": 0.2, "up": 0.1}),
     (LEFT, "increase it by 0.1", {"left": 0.3}),
 ]

@@ -1,12 +1,13 @@
-"""Points of the compass: which directions they are in a frame, and that it is always shown first."""
+"""Points of the compass, and features of a path such as its rows: what they are taken for."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
 
 from ovita.chain import adapt
-from ovita.instruct.landmarks import on_axes
+from ovita.instruct.landmarks import by_feature, on_axes
 from ovita.instruct.notation import show
 from ovita.instruct.referee import understand
 from ovita.paths.scene import Frame, Scene, SceneObject
@@ -47,15 +48,6 @@ def adapted(said, *objects):
     return adapt(Request(said, ARCH, Scene(objects)), writer="builtin")
 
 
-def test_not_so_high_lowers_what_is_high_and_no_end():
-    low = adapted("don't go so high").adapted.positions
-    assert low[:, 2].max() < ARCH.positions[:, 2].max() - 0.02
-    assert np.allclose(low[[0, -1]], ARCH.positions[[0, -1]])
-    flat = Trajectory(np.column_stack([np.linspace(0.0, 1.0, 20), np.zeros(20), np.full(20, 0.5)]), np.full(20, 0.2))
-    result = adapt(Request("don't go quite so high", flat, Scene(())), writer="builtin")
-    assert np.ptp(result.adapted.positions[:, 2]) < 1e-9 and result.adapted.positions[0, 2] < 0.5
-
-
 def test_the_top_of_a_path_is_a_part_of_it_and_its_highest_point():
     higher = adapted("5 cm higher at the top").adapted.positions[:, 2] - ARCH.positions[:, 2]
     assert abs(higher.max() - 0.05) < 1e-3 and abs(higher[[0, -1]]).max() < 1e-9
@@ -92,12 +84,64 @@ def test_rows_are_told_by_their_height_and_one_that_is_left_out_is_cut_off():
     assert show(understand("leave out the last row", Scene(()), lawn).reading.frames).startswith("trim last=")
 
 
-def test_a_little_short_of_the_end_is_a_little_of_the_path():
-    assert show(understand("park it a little short of where it ends now", Scene(()), ARCH).reading.frames).startswith(
-        "trim last="
-    )
+def lawn(rows=4, long=10.0, apart=1.0, home=True):
+    """Rows along x, one above the other in y, a way there and one home; and the first and last waypoint of each row."""
+    corners = [(-6.0, -4.0)] + [(x, y * apart) for y in range(rows) for x in ((0, long) if y % 2 == 0 else (long, 0))]
+    corners += [(-5.0, -4.0)] if home else []
+    line = np.concatenate([np.linspace(a, b, 21)[:-1] for a, b in itertools.pairwise(corners)] + [[corners[-1]]])
+    path = np.column_stack([line, np.ones(len(line))])
+    return path, [(20 + 40 * row + 1, 40 + 40 * row + 1) for row in range(rows)]
 
 
-def test_before_it_is_lowered_is_where_the_way_down_begins():
-    part = understand("wait two seconds before you lower it", Scene(()), ARCH).reading.frames[0]
-    assert part.place.value == 21.0
+@pytest.mark.parametrize(
+    ("said", "rows"),
+    [
+        ("slower on the second row", [(1, 1)]), ("slower on lane 3", [(2, 2)]), ("slower on lane three", [(2, 2)]),
+        ("slower on the last lane", [(3, 3)]), ("the last two strips slower", [(2, 3)]),
+        ("slower on rows 2 to 3", [(1, 2)]), ("slower on all the rows", [(0, 3)]),
+    ],
+)  # fmt: skip
+def test_rows_by_number_are_waypoints_and_no_way_there_or_home(said, rows):
+    path, known = lawn()
+    told, taken = by_feature(said, Scene(()), path)
+    [(first, last)] = [(known[a][0], known[b][1]) for a, b in rows]
+    a, b = map(int, re.search(r"waypoints (\d+) to (\d+)", told).groups())
+    assert abs(a - first) <= 1 and abs(b - last) <= 1 and taken
+
+
+@pytest.mark.parametrize("said", ["slower on row 9", "slower on the last nine rows", "hold the middle lane", "top row"])
+def test_rows_that_are_not_there_stay_as_they_are_said(said):
+    path, _ = lawn()
+    assert by_feature(said, Scene(()), path) == (said, "")
+
+
+def test_what_an_object_is_called_is_no_feature():
+    path, _ = lawn()
+    named = Scene((SceneObject("row 3", np.zeros(3)), SceneObject("top shelf", np.zeros(3))))
+    assert by_feature("slower by row 3", named, path)[0] == "slower by row 3"
+    assert by_feature("wait at the top", named, ARCH.positions)[0] == "wait at the top"
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("wait 2 s when it's at its highest", "wait 2 s at waypoint 21"),
+        ("stop for a second at the peak", "stop for a second at waypoint 21"),
+        ("slower after the highest point", "slower from waypoint 21 on"),
+        ("slower before the top of the arc", "slower up to waypoint 21"),
+        ("wait at the rightmost point", "wait at waypoint 41"),
+        ("over the top of the box", "over the top of the box"),
+    ],
+)
+def test_the_outermost_point_of_a_path_is_a_waypoint(said, meant):
+    assert by_feature(said, Scene(()), ARCH.positions)[0] == meant
+
+
+def test_stops_and_the_way_back_are_waypoints():
+    out = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11)])
+    path = np.concatenate([out[:6], out[5:6], out[5:6], out[6:], out[-2::-1] + np.array([0.0, 0.1, 0.0])])
+    assert by_feature("faster after the stop", Scene(()), path)[0] == "faster from waypoint 8 on"
+    assert by_feature("slower on the way back", Scene(()), path)[0] == "slower from waypoint 13 to waypoint 22"
+    assert by_feature("the return trip can be faster", Scene(()), path)[0].startswith("from waypoint 13")
+    assert by_feature("slower on the way back", Scene(()), out)[0] == "slower on the way back"
+    assert by_feature("after the third stop", Scene(()), path)[0] == "after the third stop"

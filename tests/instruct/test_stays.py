@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from ovita import Scene, SceneObject, Session, Trajectory, accept, adapt
-from ovita.instruct.landmarks import by_stops
 from ovita.paths.geometry import runs
 
 PLATE = SceneObject("plate", np.array([0.5, 0.0, 0.0]), [0.2, 0.2, 0.05])
@@ -113,34 +112,6 @@ def test_no_stop_and_faster_in_a_part_go_together():
     assert result.usable and len(stands(result.adapted)) == 1
 
 
-@pytest.mark.parametrize(
-    ("said", "meant"),
-    [
-        ("faster after the first stop", "faster from waypoint {first} on"),
-        ("faster after the stop at the rack", "faster after the stop at the rack"),
-        ("skip the rack", "make no stop at the rack"),
-        ("skip the plate", "skip the plate"),
-        ("double the pause at the rack", "wait 40 timesteps at the rack"),
-        (
-            "leave the stops as they are",
-            "keep waypoints {first0} to {first} and waypoints {last0} to {last} as they are",
-        ),
-    ],
-)
-def test_stops_are_landmarks(said, meant):
-    served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
-    (a, b), (c, d) = runs((np.diff(served.positions, axis=0) == 0.0).all(axis=1))
-    numbers = {"first0": a + 1, "first": b + 2, "last0": c + 1, "last": d + 2}
-    assert by_stops(said, TABLE, served.positions) == meant.format(**numbers)
-
-
-def test_the_way_back_begins_where_the_path_turns():
-    out = way((0, 0, 0.1), (1, 0, 0.1), (1, 0.1, 0.1), (0.1, 0.1, 0.1))
-    slow = adapt(out, "slower on the way back", scene=TABLE, writer="builtin").adapted
-    assert (slow.speeds[:45] == out.speeds[:45]).all() and (slow.speeds[-40:-1] < 0.15).all()
-    assert by_stops("slower on the way back", TABLE, way((0, 0, 0), (1, 0, 0)).positions) == "slower on the way back"
-
-
 def test_it_stands_longer_where_it_stands_for_an_object():
     desk = SceneObject("desk", np.array([5.0, 1.5, 0.5]), [4.0, 0.6, 1.0])
     door = SceneObject("door", np.array([9.0, 1.0, 0.5]), [0.2, 1.0, 1.0])
@@ -148,16 +119,6 @@ def test_it_stands_longer_where_it_stands_for_an_object():
     result = adapt(drive, "wait two seconds longer at the desk", scene=Scene((desk, door)), writer="builtin")
     assert result.status == "done" and np.allclose(stands(result.adapted), stands(drive))
     assert len(result.adapted) == len(drive) + 20
-
-
-@pytest.mark.parametrize(
-    "sentence", ["hold in the middle a second longer", "wait a second longer", "hold 1 second more"]
-)
-def test_it_stands_longer_at_the_only_stop(sentence):
-    drive = way((0, 0, 0.3), (4.6, 0, 0.3), (10, 0, 0.3), stops=(1,), speed=0.5, spacing=0.2)
-    result = adapt(drive, sentence, scene=TABLE, writer="builtin")
-    final = accept(result) if result.proposal is not None else result
-    assert np.allclose(stands(final.adapted), stands(drive)) and len(final.adapted) == len(drive) + 10
 
 
 def test_near_a_thing_is_no_other_pass_of_the_path():
@@ -175,17 +136,6 @@ def test_near_a_long_thing_is_along_it():
     result = adapt(lane, "slower along the beam", scene=Scene((beam,)), writer="builtin")
     slow = result.adapted.positions[result.adapted.speeds < 0.7, 0]
     assert slow.min() == pytest.approx(3.5, abs=1.5) and slow.max() == pytest.approx(16.5, abs=1.5)
-
-
-def test_what_is_said_of_stops_is_of_where_the_path_stands():
-    served = way((-0.4, 0, 0.2), (0.0, 0.0, 0.1), (0.5, 0.06, 0.15), (1.0, 0.0, 0.1), (1.3, 0, 0.1), stops=(1, 3))
-    slow = adapt(served, "slower between the two stops", scene=TABLE, writer="builtin").adapted
-    moving = served.speeds > 0
-    ratio = slow.speeds[moving] / served.speeds[moving]
-    x = served.positions[moving, 0]
-    assert ratio[(x > 0.1) & (x < 0.9)].max() < 0.7 and ratio[(x < -0.05) | (x > 1.05)].min() > 0.99
-    up = adapt(served, "5 cm higher, and leave the stops as they are", scene=TABLE, writer="builtin").adapted
-    assert np.allclose(stands(up), stands(served)) and lowest(up, 0.5) > lowest(served, 0.5) + 0.045
 
 
 def test_nothing_goes_underground_where_the_path_is_lowered():
@@ -227,16 +177,6 @@ def test_the_way_to_a_stop_begins_behind_the_last_one():
     up = adapt(PLACED, "go 5 cm higher on the way to the bin", scene=TABLE, writer="builtin").adapted
     assert np.allclose(stands(up), stands(PLACED)) and np.allclose(up.positions[0], PLACED.positions[0])
     assert lowest(up, 0.5) == pytest.approx(lowest(PLACED, 0.5) + 0.05, abs=0.003)
-
-
-def test_where_something_is_set_down_is_the_stop_that_the_path_draws_back_from():
-    result = adapt(PLACED, "wait 4 seconds before putting it down", scene=TABLE, writer="builtin")
-    assert result.status == "done" and np.allclose(stands(result.adapted), stands(PLACED))
-    slow = adapt(PLACED, "put it down more gently", scene=TABLE, writer="builtin").adapted
-    x = PLACED.positions[:, 0]
-    moving = PLACED.speeds > 0
-    assert (slow.speeds < PLACED.speeds)[moving & (x > 0.8)][:5].all() and (slow.speeds == PLACED.speeds)[x < 0.6].all()
-    assert by_stops("slower at the put-down", TABLE, CARRY.positions) == "slower at the end"
 
 
 def test_farther_from_a_thing_moves_the_stop_that_is_nearest_to_it():
@@ -306,22 +246,6 @@ def test_what_draws_back_from_a_rim_follows_its_end_alone():
     result = adapt(Trajectory(path, np.full(len(path), 0.05)), "finish 3 cm higher", scene=Scene(()), writer="builtin")
     assert result.status == "done" and np.allclose(result.adapted.positions[:62], path[:62])
     assert result.adapted.positions[-1] == pytest.approx([0.1, 0.0, 0.18])
-
-
-@pytest.mark.parametrize(
-    ("said", "begin", "end"),
-    [("slower on the way down into the bin", 41, 90), ("slower on the way up from the rack", 40, 65)],
-)
-def test_the_way_down_to_a_thing_is_as_far_as_the_path_falls(said, begin, end):
-    slow = np.flatnonzero(adapt(PLACED, said, scene=TABLE, writer="builtin").adapted.speeds < PLACED.speeds - 1e-9)
-    assert len(slow) and slow[0] >= begin and slow[-1] <= end
-
-
-def test_what_is_set_down_further_left_is_so_with_its_stop():
-    result = adapt(PLACED, "put the box down 4 cm further to the left", scene=TABLE, writer="builtin")
-    there = [stands(t)[-1] for t in (PLACED, result.adapted)]
-    assert result.usable and there[1] == pytest.approx(there[0] + np.array([-0.04, 0.0, 0.0]), abs=1e-6)
-    assert np.allclose(stands(result.adapted)[0], stands(PLACED)[0])
 
 
 def test_between_all_of_several_is_from_the_first_to_the_last():

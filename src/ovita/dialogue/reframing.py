@@ -20,9 +20,9 @@ from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.interpretation import Feedback, Interpretation
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
+from ovita.dialogue.pointing import with_both, with_name, with_place, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
-from ovita.instruct.asides import without_asides
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
@@ -38,7 +38,6 @@ from ovita.instruct.frames import (
     name_of,
     with_selection,
 )
-from ovita.instruct.idioms import with_both, with_name, with_place, with_thing
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.looking_back import EVEN
 from ovita.instruct.referee import feedback as refereed
@@ -91,7 +90,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     Raises:
         InputError: If the instruction is empty or too long.
     """
-    said = state.named(without_asides(said, state.now.scene, first=False) if state.history.steps else said)
+    said = state.named(said)
     losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
     if losses:
         return state._restored(said, losses)

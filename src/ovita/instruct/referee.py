@@ -136,7 +136,7 @@ def understand(
     """
     positions = None if trajectory is None else trajectory.positions
     said = text
-    text, taken = put_plainly(said, scene, positions, first=not before)
+    text, taken = put_plainly(said, scene, positions)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )

@@ -1,0 +1,72 @@
+"""What "there", "it" and "both of them" point at in a dialogue, in words that can be read by themselves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from ovita.paths.scene import Scene
+
+_THERE = re.compile(
+    r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"
+    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace)\b[^.,;!?]*?) "
+    r"there\b(?! (?:is|are|was|were)\b)",
+    re.IGNORECASE,
+)
+_ONLY_THERE = re.compile(r",? ?\b(?:but|and) only there\b", re.IGNORECASE)  # where it is said before
+_THAT_PART = re.compile(
+    r"\b(?:over|on|in|along|for|through|during) (?:that|this) (?:same )?(?:bit|part|stretch|piece|section|leg)\b",
+    re.IGNORECASE,
+)
+_OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
+_ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b|\b(?:on|for) the rest\b(?! of)", re.IGNORECASE)
+_HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
+_FROM_THERE = re.compile(r"\bfrom there (?P<on>on(?:wards?)?\b|(?=to\b))", re.IGNORECASE)
+
+
+def with_place(text: str, place: str, scene: Scene) -> str:
+    """An utterance with a place for its "there", unless it names an object itself: "wait there for 3 seconds"."""
+    text = _ONLY_THERE.sub("", _THAT_PART.sub("there", text))
+    if any(word.lower() in text.lower() for word in (*scene.names, "instead", "not ", "only")):
+        return text
+    if _OWN_PLACE.search(text):
+        return text
+    text = _HOVER.sub("wait", _ELSE.sub(f"everywhere except {place}", text))
+    if place.startswith("at the "):
+        thing = place.removeprefix("at ")
+        text = _FROM_THERE.sub(lambda found: f"after {thing}" if found["on"] else f"from {thing} ", text)
+    return _THERE.sub(lambda found: f"{found['do']} {place}", text)
+
+
+_THING = re.compile(r"\b(?:(?:the|that|this) (?:thing|object|one)|that|it)\b", re.IGNORECASE)
+
+
+def with_thing(text: str, name: str) -> tuple[str, ...]:
+    """An utterance with the name of the thing that it left open, in its place and at its end."""
+    asked = text.rstrip(" .!?")
+    return (_THING.sub(f"the {name}", asked, count=1), f"{asked} the {name}", f"{asked} from the {name}")
+
+
+_BOTH = re.compile(r"\b(?:both of them|them both|the two of them|these two|those two|both)\b", re.IGNORECASE)
+
+
+def with_both(text: str, names: Sequence[str], scene: Scene) -> str:
+    """An utterance with the names of two things for "both of them", unless it names an object itself."""
+    if len(names) != 2 or any(known.lower() in text.lower() for known in scene.names):
+        return text
+    return _BOTH.sub(f"the {names[0]} and the {names[1]}", text, count=1)
+
+
+_PASSED_IT = re.compile(
+    r"\b(pass|passing|past|near|by|around|over|under|beside|behind|next to|close to) it\b", re.IGNORECASE
+)
+
+
+def with_name(text: str, name: str, scene: Scene) -> str:
+    """An utterance with a name for an "it" that is a thing, not the path: "slower while you pass it".
+
+    It stays as it is where it names an object itself.
+    """
+    if any(known.lower() in text.lower() for known in scene.names):
+        return text
+    return _PASSED_IT.sub(rf"\1 the {name}", text)
