@@ -9,7 +9,7 @@ from ovita.paths.scene import Scene
 
 _THERE = re.compile(
     r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"
-    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace)\b[^.,;!?]*?) "
+    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace|shift|move|raise|lift)\b[^.,;!?]*?) "
     r"there\b(?! (?:is|are|was|were)\b)",
     re.IGNORECASE,
 )

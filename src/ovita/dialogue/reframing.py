@@ -26,7 +26,7 @@ from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
 from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
-from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where, wants_only
+from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
     Keep,
@@ -221,9 +221,7 @@ class DialogueState:
         return max(filter(None, readings), key=lambda one: (-len(one.reading.unread), len(one.edits)), default=None)
 
     def _named_earlier(self, said: str) -> int:
-        """1 if it names earlier changes only, or what alone of all is to stay, 2 if the last too, else 0."""
-        if wants_only(said, self.now.scene):
-            return 1
+        """1 if it names earlier changes only, 2 if the last too, else 0."""
         everything = _frames_of(self._results)
         named = named_frames(said, self.now.scene, everything)
         old = [i for i in named if i < len(everything) - len(self._results[-1].frames)]

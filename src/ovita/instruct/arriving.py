@@ -6,21 +6,12 @@ It is read before anybody reads the rest, and its words become blanks, so that a
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from itertools import takewhile
-from typing import Any
 
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.frames import (
     Arrive,
-    Hover,
-    MoveEnd,
     Quantity,
-    Reading,
-    SemanticFrame,
-    Side,
-    StopAt,
-    Wait,
 )
 
 COMING = frozenset(
@@ -110,83 +101,3 @@ def _belongs(chunk: Chunk) -> bool:
     words = chunk.text.lower().split()
     known = COMING | UPRIGHT | PASSED | {"above", "straight", "higher", "up"}
     return chunk.kind in ("filler", "OBJ", "goal", "Qm", "nth", "comma") or known.issuperset(words)
-
-
-def stood_beside(reading: Reading, said: Sequence[Chunk]) -> Reading:
-    """A reading with the side of a thing on which to wait or stop: "hover on its left", "wait in front of the gate".
-
-    To wait in front of it is to wait by it, or so far before it on the path.
-
-    Args:
-        reading: By whatever reader.
-        said: The utterance in chunks.
-    """
-    at = _side_of_thing(said)
-    stop = None if at is None else _stop_there(reading, said, at.name)
-    if at is None or stop is None:
-        return reading
-    frames = [frame for frame in reading.frames if frame is not stop and not _passes(frame, at.name)]
-    unread = tuple(word for word in reading.unread if word not in at.words(said))
-    return replace(reading, frames=(*frames, *at.beside(stop)), unread=unread)
-
-
-def _stop_there(reading: Reading, said: Sequence[Chunk], name: str) -> Wait | Hover | StopAt | None:
-    """The one stop at a thing, or the one that is said and not read where the thing is passed; None for others."""
-    if any(isinstance(frame, MoveEnd) for frame in reading.frames):
-        return None
-    still = [frame for frame in reading.frames if isinstance(frame, Wait | Hover | StopAt) and name in frame.named]
-    if still:
-        return still[0] if len(still) == 1 else None
-    return _halt_said(reading, said, name)
-
-
-def _halt_said(reading: Reading, said: Sequence[Chunk], name: str) -> Wait | StopAt | None:
-    """The one stop that is said and not read, where a thing is passed; None for others."""
-    halts = [chunk for chunk in said if chunk.kind in HALTING]
-    passed = [frame for frame in reading.frames if _passes(frame, name)]
-    if not passed or len(halts) != 1 or halts[0].text not in reading.unread:
-        return None
-    return (StopAt if halts[0].kind == "stop" else Wait)(place=name, words=passed[0].words)
-
-
-def _passes(frame: SemanticFrame, name: str) -> bool:
-    return isinstance(frame, Side) and name in frame.objects
-
-
-HALTING = ("wait", "hover", "stop")
-"""Classes of words for standing still."""
-
-
-@dataclass(frozen=True)
-class _Beside:
-    """A side of a thing, and how far from it."""
-
-    side: Any
-    name: str
-    by: Quantity | None
-
-    def beside(self, stop: Wait | Hover | StopAt) -> tuple[SemanticFrame, ...]:
-        """A stop at the thing as one on this side of it."""
-        if isinstance(stop, StopAt):
-            if self.side == "front":
-                return (replace(stop, by=self.by, aim="" if self.by else "short"),)
-            offset = ((self.side, self.by),)
-            return (MoveEnd(end="goal", relation="to", place=self.name, offset=offset, words=stop.words),)
-        wait = Wait(place=self.name, duration=stop.duration, words=stop.words)
-        if self.side == "front":
-            return (replace(wait, by=self.by),)
-        return Side(objects=(self.name,), direction=self.side, by=self.by, words=stop.words), wait
-
-    def words(self, said: Sequence[Chunk]) -> set[str]:
-        """The words that this is read from, as readers write them that leave them unread."""
-        kinds = {*HALTING, self.side, *(["Qm"] if self.by else [])}
-        return {chunk.text for chunk in said if chunk.kind in kinds} | ({f"{self.by.value:g} m"} if self.by else set())
-
-
-def _side_of_thing(said: Sequence[Chunk]) -> _Beside | None:
-    """A side that is said right before one thing, with the length before both; None for none."""
-    row = [chunk for chunk in said if chunk.kind not in ("filler", "approx", "of", "on", "in", "to", "at")]
-    for before, side, thing in zip([None, *row], row, row[1:], strict=False):
-        if side.kind in ("left", "right", "front", "back") and thing.kind == "OBJ" and len(thing.names) == 1:
-            return _Beside(side.kind, thing.names[0], before.q if before and before.kind == "Qm" else None)
-    return None

@@ -1,22 +1,22 @@
 """What speaks against a reading: plain facts of the utterance that the frames do not bear out.
 
-Numbers, objects, directions, negations and bounds that are said have to be found in what is read; each check says, as a
-sentence, which is not.
+Numbers, objects and negations that are said have to be found in what is read, and no frame can hold a condition, a
+place that nothing names, or a wish of which no word is known. Each check says, as a sentence, what is lost.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise, takewhile
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
-from ovita.instruct.facts import BOUNDS, OPPOSED, Facts, among, clauses, elsewhere, senses
+from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, senses
 from ovita.instruct.frames import held_by
-from ovita.instruct.lost import LOST
-from ovita.instruct.numerals import CENTI, FRACTIONS
-from ovita.instruct.together import unit_of
+from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
+from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 
 EXCLUDED = {
     **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
@@ -24,14 +24,7 @@ EXCLUDED = {
 }
 """The bound that is never meant by a comparison: "higher than" is no greatest height."""
 
-DENIED = {word: BOUNDS[role == "at_least"] for word, role in EXCLUDED.items()}
-"""The same for one that is denied: "never higher than" is no least height."""
-
-UPPER = frozenset("at_most max limit vmax ceiling".split())
-
-LOWER = frozenset("at_least min vmin floorlimit".split())
-
-NOT = frozenset("never clear avoid too".split()) | UPPER
+NOT = frozenset("never clear avoid too at_most max limit vmax ceiling".split())
 """What may turn a comparison round: "never higher than"."""
 
 Check = Callable[[Facts], str]
@@ -71,41 +64,6 @@ def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
     """Whether a frame is what the clauses that deny something ask for, or all frames come from other ones."""
     limits = any(_limits(frame, it.plain) for frame in it.frames)
     return limits or (bool(it.frames) and all(elsewhere(frame, denied) for frame in it.frames))
-
-
-def _unbounded(it: Facts) -> str:
-    """A "maximum" or "at least" that is read as something else."""
-    if any(isinstance(frame, F.Bound | F.Figure) for frame in it.frames):
-        return ""  # "a radius of at most 1 m" is 1 m
-    roles = {q.role for frame in it.frames for q in frame.quantities.values()}
-    for words, role in ((UPPER, "at_most"), (LOWER, "at_least")):
-        borne_out = roles & ({*BOUNDS} if "never" in it.kinds else {role})
-        if it.kinds & words and roles & {"by", "to", "at", *BOUNDS} and not borne_out:
-            return f"{it.word(words)} asks for a limit that the reading does not have."
-    return ""
-
-
-def _compared(it: Facts) -> str:
-    """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
-    return "" if it.kinds & NOT else _other_bound(it, it.row, EXCLUDED)
-
-
-def _compared_in_denial(it: Facts) -> str:
-    """A bound on the other side than a denied comparison puts it: "never below 15 cm" as at most 15 cm."""
-    if it.kinds & NOT - {"never"}:
-        return ""
-    denied = [clause for clause in clauses(it.row) if any(chunk.kind == "never" for chunk in clause)]
-    return next(filter(None, (_other_bound(it, clause, DENIED) for clause in denied)), "")
-
-
-def _other_bound(it: Facts, row: Sequence[Chunk], excluded: Mapping[str, str]) -> str:
-    """What is said of a number behind a word of comparison that is read as the bound that this word excludes."""
-    bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
-    for word, amount in pairwise(chunk for chunk in row if chunk.kind != "than"):
-        wrong = [value for role, value in bounds if role == excluded.get(word.kind)]
-        if amount.q is not None and among(wrong, amount.q.value):
-            return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
-    return ""
 
 
 def _number_left(it: Facts) -> str:
@@ -163,8 +121,26 @@ def _object_left(it: Facts) -> str:
     return ""
 
 
-NEVER = (*LOST, _compared)
-"""What is never done at once, however likely its reading is."""
+def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
+    """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
+    if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid) or frame.part.kind == "outside":
+        return True
+    if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
+        return True
+    turned = {"farther", "slower", "less", "smaller"} & {*senses(frame)}
+    return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)
+
+
+def _compared(it: Facts) -> str:
+    """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
+    if it.kinds & NOT:
+        return ""
+    bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
+    for word, amount in pairwise(chunk for chunk in it.row if chunk.kind != "than"):
+        wrong = [value for role, value in bounds if role == EXCLUDED.get(word.kind)]
+        if amount.q is not None and among(wrong, amount.q.value):
+            return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
+    return ""
 
 
 def _denied(it: Facts) -> str:
@@ -176,14 +152,6 @@ def _denied(it: Facts) -> str:
         if no.kind in DENYING and passed.intersection(thing.names) and named.count(thing.names) == 1:
             return f"{no.text!r} denies it."
     return ""
-
-
-def _side_denied(it: Facts) -> str:
-    """A side on which to pass, where only that is denied: "not in front of the chairs"."""
-    sides = {frame.direction for frame in it.frames_of(F.Side)}
-    kinds = [chunk.kind for chunk in it.row if chunk.kind not in PASSING]
-    denied = any(no == "never" and side in sides and kinds.count(side) == 1 for no, side in pairwise(kinds))
-    return f"{it.word({'never'})} denies that side." if denied else ""
 
 
 DENYING = ("never", "avoid", "farther", "withdraw")
@@ -202,27 +170,224 @@ def _one_of_two(it: Facts) -> str:
     return f"{it.word({'sideways'})} is both sides." if (one_side or swapped) and "sideways" in it.plain else ""
 
 
-def _nowhere(it: Facts) -> str:
-    """The start and the end of the path at once, which are no part of it."""
-    parts = (frame.part.parts for frame in it.frames if frame.part.kind == "both")
-    ends = any({"first", "last"} <= {part.kind for part in both} for both in parts)
-    return "No part of the path is at its start and at its end." if ends else ""
+def _above_lost(it: Facts) -> str:
+    """A place above or below something, where what is read is about the thing itself."""
+    for word, thing in pairwise(it.row):
+        about = [frame for frame in it.frames if {*thing.names} & {*frame.named}]
+        level = about and all(isinstance(frame, F.Figure | F.Clearance) for frame in about)
+        if word.kind in ("over", "under") and level:
+            return f"{word.text!r} {thing.text} has no place in it."
+    return ""
 
 
-REFUSED = (_denied, _side_denied, _one_of_two, _compared_in_denial, _nowhere)
-"""Where what is read is the opposite of what is said, and not even shown."""
+def _thing_moved(it: Facts) -> str:
+    """Something that is to be moved itself: "push the cup to the left", "turn the gripper"."""
+    before = ""
+    for chunk in it.said:
+        thing = chunk.kind == "OBJ"
+        for word in [chunk.text] if thing else chunk.text.lower().split():
+            if (thing and before in HANDLING) or (word in TOOLS and before in TURNING):
+                return f"{before!r} asks for {chunk.text!r} itself to be moved; only the path can be."
+            before = before if word in DETERMINERS else word
+    return ""
+
+
+TURNING = frozenset("rotate turn tilt spin flip open close point".split())
+
+HANDLING = TURNING | frozenset(
+    "move shift push pull put place bring take carry lift raise lower drop throw grab pick paint clean fill".split()
+)
+"""Verbs whose object is what is moved; the tool goes with the path unless it is to be turned."""
+
+TOOLS = frozenset("gripper hand wrist camera tool head".split())
+
+
+def _other_deed(it: Facts) -> str:
+    """A wish after an "and" for what is no matter of the path: "and open it", "and say hello"."""
+    for clause in clauses(it.said):
+        words = [word for chunk in clause for word in chunk.text.lower().split() if word not in LINKS]
+        beside = clause[0].kind == "and" and all(chunk.kind in BESIDE for chunk in clause)
+        if beside and words[:1] and words[0] in DEEDS:
+            return f"{' '.join(chunk.text for chunk in clause[1:])!r} is no matter of the path."
+    return ""
+
+
+BESIDE = UNKNOWN | {"OBJ", "path", "approx", "slight", "turns", "on", "at", "near", "there"}
+"""Classes of words in a clause that is about nothing of the path."""
+
+LINKS = ("and", "then", "also", "please")
+
+DEEDS = frozenset(
+    """open close shut say sing play press push ring grab grip pick pour photograph film record scan snap shoot beep
+    honk wave call text tell ask send turn switch light fire""".split()
+)
+"""Verbs for what else a robot may do."""
+
+
+def _conditional(it: Facts) -> str:
+    """A condition, which no frame can hold but as a part of the path: "if you come near the cup"."""
+    told = [(word, chunk.kind) for chunk in it.said for word in chunk.text.lower().split()]
+    words = [word for word, _ in told]
+    for i, word in enumerate(words):
+        if word != "unless" and (word != "if" or _wishes(words[:i]) or _polite([*words[i + 1 : i + 3], "", ""])):
+            continue
+        clause = {kind for _, kind in takewhile(lambda pair: pair[1] not in ("comma", "dot"), told[i + 1 :])}
+        if not (clause & PLACING and all(frame.part for frame in it.frames)):
+            return f"{word!r} sets a condition, and it would be done always."
+    return ""
+
+
+PLACING = frozenset("near within after before over under beyond rising falling closer distance between touch".split())
+"""Classes of words by which a condition is a place on the path."""
+
+
+def _polite(behind: Sequence[str]) -> bool:
+    """Whether the words behind an "if" are mere politeness: "if you could", not "if you smell smoke"."""
+    return behind[0] in COURTESY or (behind[0] in ("you", "i", "we", "one") and behind[1] in ABLE)
+
+
+def _wishes(before: Sequence[str]) -> bool:
+    """Whether the words before an "if" are a wish: "I'd feel safer if", not "I'd like it to turn if"."""
+    sentence = list(takewhile(lambda word: word not in (".", "!", "?", ";"), reversed(before)))
+    would = any(word in ("would", "wouldn't") or word.endswith("'d") for word in sentence)
+    return not WISHING.isdisjoint(sentence[:2]) or (would and WANTING.isdisjoint(sentence))
+
+
+COURTESY = frozenset("you'd i'd we'd possible need needed necessary anything at so that's it's".split())
+"""What follows an "if" that is mere politeness."""
+
+ABLE = frozenset("can could would will may might must like want wish please don't do have had need".split())
+"""What follows an "if" and somebody in one."""
+
+WANTING = frozenset("like want you".split())
+"""What is behind a "would" that asks for something itself: "would you wait if"."""
+
+WISHING = frozenset(
+    "what glad happy happier better obliged grateful nice nicer lovely great good as see even mind".split()
+)
+"""What is right before an "if" that is one: "I would be glad if"."""
+
+
+def _wish_left(it: Facts) -> str:
+    """A wish after an "and" of which no word is known: "and frobnicate it"."""
+    for clause in clauses(it.said):
+        strange = any(map(_is_strange, clause)) and all(
+            c.kind in UNKNOWN | {"OBJ", "path", "slight", "approx"} for c in clause
+        )
+        if strange and clause[0].kind == "and":
+            return f"{' '.join(chunk.text for chunk in clause[1:])!r} has no place in it."
+    return ""
+
+
+def _is_strange(chunk: Chunk) -> bool:
+    """Whether a word may ask for something that no frame holds: one that is unknown, or "dance"."""
+    return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
+
+
+OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
+"""What the path is called, which asks for nothing by itself."""
+
+
+def _pointed(it: Facts) -> str:
+    """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
+    if any(map(F.says_where, it.frames)):
+        return ""
+    clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
+    if clause is not None and not all(elsewhere(frame, [clause]) for frame in it.frames):
+        return f"{it.word({'there'})} points at a place that nothing names."
+    strange = (word.text for at, word in pairwise(it.row) if at.kind in PLACED_AT and _is_place(word))
+    return next((f"{where!r} is no place that is known." for where in strange), "")
+
+
+def _is_place(word: Chunk) -> bool:
+    """Whether a word may be a part of the path that nobody knows: the "seam"."""
+    return word.kind == "unknown" or (word.kind == "path" and word.text.lower() in WORKED)
+
+
+WORKED = frozenset("seam weld bead joint".split())
+"""Words for the part of a path on which the work is done."""
+
+PLACED_AT = ("in", "at", "on", "along", "inside")
+"""Classes of words before a place."""
+
+
+def _without_unit(it: Facts) -> str:
+    """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
+    amounts = [q for frame in it.frames for q in _lengths(frame)]
+    stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
+    guessed = [abs(q.value) for q in amounts if not among(stated, abs(q.value))]
+    bare = [abs(q.value) for q in amounts if q.unit == ""]
+    told = (_as_taken(chunk.number.value, guessed, bare) for chunk in it.said if chunk.kind == "Qn")
+    return next(filter(None, told), "")
+
+
+def _as_taken(number: float, guessed: Sequence[float], bare: Sequence[float]) -> str:
+    """What a bare number is taken for."""
+    if number >= 1.0 and among(guessed, number * CENTI):
+        return f"{number:g} has no unit; it is taken as {number:g} cm."
+    return f"{number:g} has no unit; it would be {number:g} m." if number >= FAR and number in bare else ""
+
+
+def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
+    """The lengths of a frame, also those without a unit."""
+    amounts = frame.quantities if isinstance(frame, MEASURED) else {}
+    return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
+
+
+def _by_or_to(it: Facts) -> str:
+    """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
+    by = [q.value for frame in it.frames_of(F.Approach) for q in frame.quantities.values()]
+    row = [chunk for chunk in it.said if chunk.kind != "approx"]
+    for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
+        apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
+        compared = after.kind in COMPARING[: 2 if before.kind == "dot" else None]
+        if apart and amount.kind == "Qm" and not compared and among(by, amount.number.value):
+            return f"{amount.text!r} may be how much nearer or farther, or how near."
+    return ""
+
+
+COMPARING = ("closer", "farther", "inc", "dec")
+"""Classes of words behind a length with which it is how much nearer or farther, the last two in one sentence only."""
+
+
+def _until_told(it: Facts) -> str:
+    """A wait whose end somebody is to tell: "wait there till I wave"."""
+    waits = any(frame.duration is None for frame in it.frames_of(F.Wait))
+    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(it.words))
+    return "It is not said how long to wait." if waits and told else ""
+
+
+SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
+
+
+def asked(it: Facts) -> str:
+    """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
+    first, second, *more = [*it.words, "", ""]
+    asks = second in ASKED.get(first, ()) and WISHED.isdisjoint(more[:3])
+    return "This may only ask what the path is like." if asks else ""
+
+
+_STATES = ("it", "this", "that", "the", "there")
+
+ASKED = {
+    **dict.fromkeys(("is", "does", "will", "has"), _STATES),
+    "how": ("close", "near", "high", "low", "far", "long", "fast", "quick", "quickly", "slow", "many", "much"),
+    "what": ("is", "speed", "height", "distance"),
+    "what's": _STATES,
+}
+"""The two words that begin a question."""
+
+WISHED = frozenset("have need possible ok okay any way chance alright supposed about if".split())
+"""Words that make a question a wish."""
+
 
 LEFT = (_number_left, _sign_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
-CHECKS = (_turned, _negated, _unbounded, *LEFT, *NEVER)
+NEVER = (
+    asked, _compared, _denied, _one_of_two, _by_or_to, _until_told, _conditional, _thing_moved, _wish_left, _other_deed,
+    _above_lost, _pointed, _without_unit,
+)  # fmt: skip
+"""What is never done at once, however likely its reading is."""
 
-
-def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
-    """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
-    if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid) or frame.part.kind == "outside":
-        return True
-    if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
-        return True
-    turned = {"farther", "slower", "less", "smaller"} & {*senses(frame)}
-    return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)
+CHECKS = (_turned, _negated, *LEFT, *NEVER)

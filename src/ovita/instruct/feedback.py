@@ -57,11 +57,6 @@ def named_frames(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> 
     return said.meant(said.pieces)
 
 
-def wants_only(text: str, scene: Scene) -> bool:
-    """Whether an utterance says what alone of all that was done is to stay."""
-    return all(C.only_clauses(Remark(pieces_of(text, scene, (), None), ())))
-
-
 def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
     """The objects that an answer such as "the blue one" names."""
     names_ = {name for piece in pieces_of(text, scene, (), None) for name in piece.items}
@@ -132,9 +127,5 @@ def _repeats(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also")))
 
 
-ROWS = (
-    C.spares, C.old_paces, C.speed_back, C.ends_kept, _commands, _repeats, C.only_and_keep, C.drops, C.only,
-    C.other_sides, C.other_halves, C.very_ends, C.places_instead, C.flips, C.contraries, C.directions, C.objects,
-    C.copies, C.ends, C.ends_left_out, C.everywhere, numbers, amounts,
-)  # fmt: skip
+ROWS = (_commands, _repeats, C.drops, C.flips, C.directions, C.objects, C.copies, numbers, amounts)
 """The kinds of edits: the first reading that leaves nothing unread is taken."""

@@ -7,7 +7,7 @@ way to take it; their sums say how likely it is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import UnionType
 from typing import Literal, TypeAlias
@@ -17,12 +17,11 @@ from ovita.instruct import frames as F
 from ovita.instruct.amounts import asks_for_limit
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import apply, directions_of, is_called, slots
-from ovita.instruct.frames import frame_objects, name_of
+from ovita.instruct.frames import frame_objects
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
 from ovita.instruct.numerals import is_digits
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
-from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
@@ -47,12 +46,12 @@ TOO_MUCH, TOO_LITTLE = (frozenset(words.split()) for words in ("far much long bi
 def in_excess(
     edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame]
 ) -> tuple[E.Edit, ...]:
-    """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off"."""
+    """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off".
+
+    A bare number is in the unit of the length that it takes the place of.
+    """
     numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
-    kinds = {chunk.kind for chunk in said}
-    edits = tuple(_one_way(_in_its_unit(edit, before, numbers), before, kinds) for edit in edits)
-    if "there" in kinds and before and before[-1].part:
-        edits = tuple(_there(edit, before[-1].part) for edit in edits)
+    edits = tuple(_in_its_unit(edit, before, numbers) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
     return _exceeding(edits, said, before, words) if any(words.values()) else edits
 
@@ -88,20 +87,6 @@ def _likelier(bare: float, had: F.Quantity) -> float:
     number = float(said) if is_digits(said) else had.value * (100.0 if had.value < 1.0 else 1.0)  # centimetres, if bare
     likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
     return min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
-
-
-def _there(edit: E.Edit, part: PathPart) -> E.Edit:
-    """Something further that says no place but "there", on the part of what was done last."""
-    further = isinstance(edit, E.Also) and not edit.frame.part and not edit.frame.named
-    return replace(edit, frame=replace(edit.frame, part=part)) if isinstance(edit, E.Also) and further else edit
-
-
-def _one_way(edit: E.Edit, before: Sequence[F.SemanticFrame], kinds: Set[str]) -> E.Edit:
-    """An edit of a part that is about the one direction which is named: "only the second half should be higher"."""
-    known = directions_of(before[-1]) if before else ()
-    named = [way for way in known if way in kinds]
-    one = isinstance(edit, E.Restrict | E.Except) and len(known) > 1 and len(named) == 1
-    return replace(edit, on=named[0]) if one and edit.on in ("", name_of(before[-1])) else edit
 
 
 def _stated(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:

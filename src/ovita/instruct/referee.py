@@ -15,21 +15,18 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.arriving import stood_beside
 from ovita.instruct.beforehand import heard_apart, put_plainly, stands, tells
 from ovita.instruct.chunks import DOING, Chunk, chunks
-from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, REFUSED, contradictions
+from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, asked, contradictions
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.facts import BOUNDS, UNKNOWN, clauses, opposed
 from ovita.instruct.frames import name_of
-from ovita.instruct.lost import asked
 from ovita.instruct.meaning import same
-from ovita.instruct.naming import as_named
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import at_speed, contrasted, halted, in_turn, prolonged, spread, with_units
+from ovita.instruct.together import as_said, contrasted, halted, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -172,7 +169,7 @@ def otherwise(
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
         found = in_units(one, said, positions)
-        found = replace(found, frames=(*spread(found.frames, said), *apart))
+        found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
     return Understanding("decline", F.Reading(), "rules")
@@ -190,8 +187,7 @@ def _readings(text: str, scene: Scene, positions: Array) -> Iterator[tuple[By, F
 
 def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
     """Whether a reading says what to do, and nothing speaks against it."""
-    against = (checks for checks in (CHECKS, REFUSED) if contradictions(said, reading.frames, checks))
-    return _reads(reading) and not any(against)
+    return _reads(reading) and not contradictions(said, reading.frames)
 
 
 def _with_the_rest(
@@ -223,10 +219,9 @@ def _understood(
     """As `understand`, of an utterance that is written out."""
     rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    rules = stood_beside(in_units(rules, said, positions), said)
+    rules = in_units(rules, said, positions)
     alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
     if quick and alone and _plain(said) and _whole(said, rules):
-        rules = replace(rules, frames=spread(rules.frames, said))
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None or any(name_of(frame) not in TRAINED or _winds(frame) for frame in rules.frames):
@@ -234,7 +229,7 @@ def _understood(
     heard = reader.hear(text, scene, positions, before or None)
     learned = in_units(reader.reading(heard), said, positions)
     weighed: Weighed = {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))}
-    return judged(said, rules, stood_beside(learned, said), weighed)
+    return judged(said, rules, learned, weighed)
 
 
 def _winds(frame: F.SemanticFrame) -> bool:
@@ -244,11 +239,8 @@ def _winds(frame: F.SemanticFrame) -> bool:
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = prolonged(
-        replace(reading, frames=as_named(in_turn(halted(at_speed(reading.frames, said), said), said), said)), said
-    )
+    reading = prolonged(replace(reading, frames=as_said(halted(spread(reading.frames, said), said), said)), said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
-    also = [(*as_named(at_speed((frame,), said), said), frame)[0] for frame in also]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
     edits = tuple(replace(edit, frame=next(made)) if isinstance(edit, Also) else edit for edit in reading.edits)
@@ -332,7 +324,6 @@ def judged(
         learned: What the learned reader made of it; None where there is none.
         weighed: How likely the network holds each of the two readings to be (`learned.NetworkReading.weigh`).
     """
-    rules = _lasting(rules, learned)
     if rules.improper and not rules.unread and (_bounds(rules) or not _reads(learned)):
         return Understanding("decline", rules, "rules", confidence=1.0, rules=rules, learned=learned)
     found = both_readings(said, rules, learned, weighed)
@@ -348,24 +339,10 @@ def _decided(said: Sequence[Chunk], rules: F.Reading, learned: F.Reading | None,
     unplaced, sure = _unplaced(said, rules), found.sure(by, confidence)
     by = "both" if _agree(rules, learned) else by  # also where the rules leave a word
     left = (*reading.unread, *(unplaced if by == "both" or len(said) <= CURT else ()))
-    reading = replace(reading, frames=spread(reading.frames, said))
     doubts = (*contradictions(said, _frames(reading)), *found.besides)
     at_once = sure and not (found.besides or _shown_first(said, reading, (*left, *unplaced), confidence >= CERTAIN))
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure or confidence >= SHOW else "decline"
     return Understanding(outcome, reading, by, tuple(dict.fromkeys(left)), doubts, confidence, rules, learned)
-
-
-def _lasting(rules: F.Reading, learned: F.Reading | None) -> F.Reading:
-    """The rules' reading with how long a halt lasts where only the network has read that: "a minute"."""
-    theirs = [frame for frame in _frames(learned or F.Reading()) if isinstance(frame, F.Wait | F.Hover)]
-    frames = tuple(_lasts(frame, theirs) for frame in rules.frames)
-    return rules if frames == rules.frames else replace(rules, frames=frames)
-
-
-def _lasts(frame: F.SemanticFrame, theirs: Sequence[F.Wait | F.Hover]) -> F.SemanticFrame:
-    """A halt that is said to last as long as its twin among others, if it has one."""
-    same = (one for one in theirs if one.duration and replace(one, duration=None, words=frame.words) == frame)
-    return next(same, frame)
 
 
 def both_readings(
@@ -456,10 +433,9 @@ class Readings:
 
     @cached_property
     def candidates(self) -> dict[Who, F.Reading]:
-        """The readings that say what to do, and not the opposite; one that both agree on is the rules'."""
+        """The readings that say what to do; one that both agree on is the rules'."""
         both: dict[Who, F.Reading | None] = {"rules": self.rules, "learned": None if self.agree else self.learned}
-        found: dict[Who, F.Reading] = {by: one for by, one in both.items() if one is not None and _reads(one)}
-        return {by: one for by, one in found.items() if not contradictions(self.said, _frames(one), REFUSED)}
+        return {by: one for by, one in both.items() if one is not None and _reads(one)}
 
     def likeliest(self) -> tuple[By, F.Reading, float]:
         """Whose reading is the likeliest, the reading, and how likely it is meant (0..1)."""

@@ -74,43 +74,28 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
     return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
 
 
-def in_turn(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with a pace up to a place, after a wait at another, from there on.
-
-    "Stop at the trough for 20 seconds, then faster till the shed".
-    """
-    made = [*frames]
-    if any(chunk.kind == "then_on" or goes_on(chunk.text.lower().split()) for chunk in said):
-        for i, (wait, then) in enumerate(pairwise(frames)):
-            if isinstance(wait, F.Wait) and wait.named and isinstance(then, F.Pace) and then.part.kind == "before":
-                made[i + 1] = replace(then, part=PathPart("between", (wait.named[0], *then.part.places)))
-    return tuple(made)
+def as_said(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with what the network does not see: a height below zero, and that it waits under a thing, not above it."""
+    kinds = {chunk.kind for chunk in said}
+    below = {then.q.value for sign, then in pairwise(said) if sign.kind == "minus" and then.q}
+    if "under" in kinds and kinds.isdisjoint(("up", "over", "raise", "rising")):
+        frames = [_underneath(frame) for frame in frames]
+    return tuple(_below_zero(frame, below) for frame in frames)
 
 
-def at_speed(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with a speed as it is told: behind a comma ("climb slower, 1 m/s"), or as "half as fast"."""
-    if any((a.kind, b.kind) == ("halve", "faster") and a.text.lower().endswith("as") for a, b in pairwise(said)):
-        frames = [_halved(frame) for frame in frames]
-    if not any(b.kind == "Qv" and (a.kind == "comma" or a.text.lower() in TOLD) for a, b in pairwise(said)):
-        return tuple(frames)
-    match frames:
-        case [F.Pace(change="slower" | "faster", amount=F.Quantity(unit="m/s", role="by") as q) as pace]:
-            return (replace(pace, change="set", amount=replace(q, role="to")),)
-        case [F.Pace(change="slower" | "faster", amount=None) as pace, F.Pace(change="set") as then] if not then.part:
-            return (replace(then, part=pace.part, words=(*pace.words, *then.words)),)
-    return tuple(frames)
+def _underneath(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """To hover under a thing is to wait where the path passes it."""
+    if not isinstance(frame, F.Hover) or len(frame.objects) != 1:
+        return frame
+    return F.Wait(place=frame.objects[0], duration=frame.duration, words=frame.words)
 
 
-def _halved(frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A frame that takes "half as fast" for faster by a half as half the speed."""
-    match frame:
-        case F.Pace(change="faster", amount=F.Quantity(value=0.5, unit="%" | "x") as q):
-            return replace(frame, change="set", amount=replace(q, unit="x", role="to"))
-    return frame
-
-
-TOLD = ("say", "like", "about", "maybe", "roughly", "around")
-"""Words before an amount that is told in so many words more."""
+def _below_zero(frame: F.SemanticFrame, below: Container[float]) -> F.SemanticFrame:
+    """A height with the sign that stands before it: "don't go lower than z = -0.2"."""
+    level = getattr(frame, "level", None)
+    if level is None or level.value not in below:
+        return frame
+    return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
 
 
 def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
@@ -360,21 +345,11 @@ def with_units(
 
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
-        frame = _as_target(frame, numbers) if apart and isinstance(frame, F.Pace) else frame
         bare = _bare(frame, numbers)
         return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
 
-    apart = any(one.kind == "comma" and other.kind == "Qn" for one, other in pairwise(said))
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
     return tuple(map(filled, frames))
-
-
-def _as_target(pace: F.Pace, numbers: Container[float]) -> F.Pace:
-    """A bare speed behind a comma is the one to have: "slower, 0.2"."""
-    q = pace.amount
-    if pace.change not in ("faster", "slower") or q is None or q.role != "by" or q.value not in numbers:
-        return pace
-    return replace(pace, change="set", amount=replace(q, role="to"))
 
 
 def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:
