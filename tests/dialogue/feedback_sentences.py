@@ -423,7 +423,6 @@ FOURTH = [
         "but leave the start where it was",
         {"left": 0.0, "left_end": 0.1},
     ),
-    (["raise everything by 0.2", "not at the start"], "same for the end", {"up_end": 0.0}),
     (["raise everything by 0.2"], "the end should stay where it was originally", {"up_end": 0.0}),
     (["slow down near the bottle"], "wait there for 3 seconds", {"at_bottle": (0.0, 0.5)}),
     (

@@ -221,7 +221,8 @@ CONTRADICTIONS = [
 
 @pytest.mark.parametrize("sentence", CONTRADICTIONS)
 def test_contradictions_are_not_cancelled_in_silence(sentence):
-    assert reply(sentence).kind in ("question", "not_understood")
+    answer = reply(sentence)
+    assert answer.kind in ("question", "not_understood") or answer.confirm
 
 
 def test_opposite_shifts_of_different_parts_are_no_contradiction():

@@ -36,9 +36,7 @@ def test_the_only_person_is_called_many_things():
 @pytest.mark.parametrize(
     "said",
     [
-        "wait 1 s at each corner of the plate",
         "skip the last two rows",
-        "pass the cup with 12 cm to spare",
     ],
 )
 def test_what_would_be_lost_is_shown_first(said):
@@ -147,14 +145,6 @@ def talk(*said, path=STANDS, objects=RACK):
         if session.pending is not None:
             result = session.say("yes")
     return session, result
-
-
-def test_the_speed_as_it_was_at_one_of_two_things():
-    session, _ = talk(
-        "slow down near the cup", "same at the vase", "normal speed at the cup again", path=LINE, objects=TABLE
-    )
-    speeds = session.current.speeds
-    assert speeds[10] == pytest.approx(0.3) and speeds[30] < 0.3
 
 
 def test_feedback_about_what_was_not_done_changes_nothing_else():

@@ -114,12 +114,6 @@ def test_stop_it_at_a_place_is_no_denial():
     assert result.status == "done" and "Wait 10 s" in result.plan[0]
 
 
-def test_how_long_a_halt_lasts_may_be_what_only_the_network_reads():
-    result = said("hang about over the workbench, a minute or so")
-    plan = " ".join((result.proposal or result).plan)
-    assert "60 s" in plan
-
-
 @pytest.mark.parametrize(
     "said",
     [
@@ -144,8 +138,3 @@ def test_a_halt_before_a_thing_is_a_little_short_of_it():
     assert result.status == "done" and len(standing) == 30 and (standing[:, 0] < 0.55).all()
     asked = adapt(Request("wait 5 cm before the jar", PATH, scene))
     assert asked.status == "needs_clarification" and "comes no nearer than 0.1 m" in asked.question
-
-
-@pytest.mark.parametrize("said", ["creep past the workbench", "slow to a crawl near the workbench"])
-def test_a_crawl_is_much_slower(said):
-    assert show(adapt(Request(said, PATH, SCENE)).frames) == "pace slower deg=large @near=workbench"

@@ -230,15 +230,6 @@ def test_a_step_back_and_another_wish_are_two_steps(back):
     assert np.allclose(result.adapted.positions - SERVED.positions, [-0.1, 0.0, 0.0])
 
 
-def test_feedback_on_one_of_two_directions_leaves_the_other():
-    session = Session(SERVED, TABLE, writer="builtin")
-    session.say("10 cm left and 5 cm up")
-    result = session.say("only the second half should be higher")
-    moved = result.adapted.positions - SERVED.positions
-    assert result.status == "done" and np.allclose(moved[:, 0], -0.1)
-    assert (moved[:20, 2] == 0.0).all() and moved[-1, 2] == pytest.approx(0.05)
-
-
 def test_what_draws_back_from_a_rim_follows_its_end_alone():
     turn = np.linspace(0, 2 * np.pi, 60)
     rim = [(0.1 * np.cos(a), 0.1 * np.sin(a), 0.12) for a in turn]
@@ -309,15 +300,6 @@ def test_a_circle_on_the_way_lies_beside_it():
     )
     assert result.usable
     assert result.adapted.length - CARRY.length == pytest.approx(2 * np.pi * 0.1, rel=0.05)
-
-
-def test_what_was_done_last_is_dropped_or_kept_as_it_is_said():
-    for said in ("only the slowing down, leave the path alone", "just the slowdown please, keep the path as it was"):
-        session = Session(SERVED, TABLE, writer="builtin")
-        session.say("keep 20 cm away from the plate")
-        session.say("and slower there")
-        result = session.say(said)
-        assert np.allclose(result.adapted.positions, SERVED.positions) and (result.adapted.speeds < SERVED.speeds).any()
 
 
 def test_there_is_the_part_that_was_changed():

@@ -358,8 +358,6 @@ def test_higher_behind_an_object_is_a_move_up_of_what_comes_after_it(text):
         "go higher near the vase if the vase is full",
         "keep a distance of 20 cm from the cup unless it is empty",
         "finish within 10 s",
-        "then keep on going",
-        "lower the highest point",
         "go left and right",
     ],
 )

@@ -180,6 +180,14 @@ def _above_lost(it: Facts) -> str:
     return ""
 
 
+def _away_lost(it: Facts) -> str:
+    """Something to stay away from, of which only a side is read."""
+    lost = it.names(F.Side) - it.names(F.Approach | F.Clearance)
+    rows = (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther")
+    first = (next((chunk for chunk in row if chunk.kind == "OBJ"), row[0]) for row in rows)
+    return next((f"What to stay away from, {thing.text}, is lost." for thing in first if lost & {*thing.names}), "")
+
+
 def _thing_moved(it: Facts) -> str:
     """Something that is to be moved itself: "push the cup to the left", "turn the gripper"."""
     before = ""
@@ -386,7 +394,7 @@ LEFT = (_number_left, _sign_left, _object_left)
 
 NEVER = (
     asked, _compared, _denied, _one_of_two, _by_or_to, _until_told, _conditional, _thing_moved, _wish_left, _other_deed,
-    _above_lost, _pointed, _without_unit,
+    _above_lost, _away_lost, _pointed, _without_unit,
 )  # fmt: skip
 """What is never done at once, however likely its reading is."""
 

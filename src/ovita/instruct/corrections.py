@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.editing import apply, directions_of
-from ovita.instruct.remarks import ADJECTIVES, Candidate, Phrase, Remark, heading
+from ovita.instruct.editing import OPPOSITE, apply, directions_of
+from ovita.instruct.remarks import ADJECTIVES, SENSES, Candidate, Phrase, Remark, heading, senses_of
+from ovita.instruct.together import STRETCH_AT
+from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 
 NEAR = ("near", "around", "over")
@@ -28,6 +32,15 @@ def _turnable(said: Remark) -> list[int]:
     """Numbers of the frames that the other way may be of: those with a direction, else figures, else any."""
     turns = [i for i in said.targets if isinstance(said.before[i], F.Figure | F.Rotate)]
     return [i for i in said.targets if directions_of(said.before[i])] or turns or said.targets
+
+
+def contraries(said: Remark) -> Iterator[Candidate]:
+    """The other way round, by a word for it: "no, speed up", "faster instead"."""
+    denied = [p for p in said.active if p.text.endswith("er") and said.negated(p)]
+    for i in reversed(said.targets if said.corrects or denied else []):
+        against = {*map(OPPOSITE.get, senses_of(said.before[i]))} - {None, "less"}
+        if pieces := [p for p in said.wanted if SENSES.get(p.concept) in against]:
+            yield Candidate((E.Flip(on=said.on(i)),), (*pieces, *denied, *said.cued("not")))
 
 
 def directions(said: Remark) -> Iterator[Candidate]:
@@ -136,6 +149,57 @@ def _other_one(said: Remark) -> list[Phrase]:
     return [p for p in said.active if p.text in ("other", "one")] if "other" in said.texts else []
 
 
+def other_halves(said: Remark) -> Iterator[Candidate]:
+    """The other half of the path than was said: "no, the other half"."""
+    pieces = [p for pair in pairwise(said.active) if [one.text for one in pair] in OTHER_PARTS for p in pair]
+    for i, frame in enumerate(said.before if pieces else ()):
+        if frame.part.kind in OTHER_KIND:
+            part = replace(frame.part, kind=OTHER_KIND[frame.part.kind])
+            yield Candidate((E.Restrict(on=said.on(i), part=part),), pieces, sure=True)
+
+
+OTHER_KIND = {"first": "last", "last": "first", "before": "after", "after": "before"}
+OTHER_PARTS = (["other", "half"], ["other", "third"], ["other", "end"])
+
+
+def places_instead(said: Remark) -> Iterator[Candidate]:
+    """Near a thing instead of where it was: "not there, at the fan", "not at the start, at the fan"."""
+    things, no = [p for p in said.active if p.items], said.cued("not", "except")
+    denied, names = [p for p in said.active if p.text == "there" or p.concept in ENDED], _items(things)
+    i = next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
+    if i is None or len(names) != 1 or not denied or not no or any(p.number or heading(p) for p in said.active):
+        return
+    if said.active.index(denied[0]) < said.active.index(things[0]):
+        used = (*things, *denied, *no, *said.cued("meant", "only"), *said.of("near", "at", "around"))
+        yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
+
+
+ENDED = ("start", "goal", "first", "last", "middle")
+"""Concepts of places on a path that no thing names."""
+
+
+def ends(said: Remark) -> Iterator[Candidate]:
+    """The other end of the path than was said: "I meant the goal"; or that one besides: "the goal as well"."""
+    pieces = said.of("start", "goal")
+    meant: list[Any] = [p.concept for p in pieces if p in said.wanted]
+    instead = said.corrects or {"start", "goal"} == {p.concept for p in pieces}
+    used = (*pieces, *said.cued("also", "not"))
+    for i, frame in enumerate(said.before if meant else ()):
+        end = meant[-1]
+        if isinstance(frame, F.MoveEnd) and frame.end != end:
+            edit = E.Also(frame=replace(frame, end=end)) if said.adds else E.Replace(end=end)
+            yield Candidate((edit,), used)
+        elif instead and {frame.part.kind, STRETCH_AT[end]} == {"first", "last"}:
+            yield Candidate((E.Restrict(on=said.on(i), part=replace(frame.part, kind=STRETCH_AT[end])),), used)
+
+
+def everywhere(said: Remark) -> Iterator[Candidate]:
+    """On the whole path, where a part was said before."""
+    whole = said.cued("whole")
+    if whole and said.before and said.before[said.targets[-1]].part != WHOLE:
+        yield Candidate((E.Restrict(on=said.on(said.targets[-1]), part=WHOLE),), whole)
+
+
 def drops(said: Remark) -> Iterator[Candidate]:
     """Without some of the frames: "forget the shift", "no waiting"."""
     pieces = said.cued("undo") or [p for p in said.of("original") if p.text != "now"]
@@ -144,6 +208,49 @@ def drops(said: Remark) -> Iterator[Candidate]:
     words = denied or (said.naming if pieces else [])
     used = (*pieces, *words, *said.cued("not", "except", "keep"), *(said.cued("only") if pieces else ()))
     yield from _without(said, said.meant(words), words, used)
+
+
+def spares(said: Remark) -> Iterator[Candidate]:
+    """Without all but what is to stay: "forget the rest, keep the lift", "undo everything except the lift"."""
+    stays = [p for p in said.pieces if p.cues & STAYING and p.text != "alone"]
+    gone = [p for p in said.pieces if p.cues & {"undo", "restart"}]
+    rest = [p for p in said.pieces if not REST.isdisjoint(p.text.split()) and p not in (*stays, *gone)]
+    named = [p for p in said.pieces if said.meant([p])]
+    kept, cues = said.meant(named), {cue for p in (*stays, *gone) for cue in p.cues}
+    all_else = rest or "restart" in cues or {"keep", "only"} <= cues or {"undo", "except"} <= cues
+    if all_else and all(_stays(said, p) for p in named) and 0 < len(kept) < len(said.before):
+        yield Candidate(_all_but(said, kept), (*named, *stays, *gone, *rest), sure=True)
+
+
+REST = frozenset("rest others else everything all".split())
+"""Words for all that is not named."""
+
+STAYING = frozenset(("keep", "except", "only", "but"))
+"""Cues of what stays."""
+
+
+def _stays(said: Remark, piece: Phrase) -> bool:
+    """Whether the last that is said before a piece, of what stays and what goes, is what stays."""
+    before = reversed(said.pieces[: said.pieces.index(piece) + 1])
+    return next((bool(p.cues & STAYING) for p in before if p.cues & {*STAYING, "undo", "restart"}), False)
+
+
+def only(said: Remark) -> Iterator[Candidate]:
+    """Without all but what is named: "only the slowing down"."""
+    kept = said.meant(said.naming) if said.cued("only") else []
+    used = (*said.naming, *said.cued("only"))
+    if {p.clause for p in said.cued("keep")} & {p.clause for p in said.naming}:  # "leave the speed alone"
+        yield from _without(said, kept, (), used)
+    elif 0 < len(kept) < len(said.before):
+        yield Candidate(_all_but(said, kept), used)
+    elif len(kept) == 1:
+        ways = {heading(p) for p in said.naming}
+        yield Candidate(tuple(E.Drop(on=way) for way in directions_of(said.before[0]) if way not in ways), used)
+
+
+def _all_but(said: Remark, kept: Sequence[int]) -> tuple[E.Drop, ...]:
+    """Without all frames but some."""
+    return tuple(E.Drop(on=said.on(i)) for i in range(len(said.before)) if i not in kept)
 
 
 def _denied(said: Remark) -> list[Phrase]:

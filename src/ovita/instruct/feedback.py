@@ -127,5 +127,8 @@ def _repeats(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Again(),), (*pieces, *said.cued("same", "also")))
 
 
-ROWS = (_commands, _repeats, C.drops, C.flips, C.directions, C.objects, C.copies, numbers, amounts)
+ROWS = (
+    C.spares, _commands, _repeats, C.drops, C.only, C.other_halves, C.places_instead, C.flips, C.contraries,
+    C.directions, C.objects, C.copies, C.ends, C.everywhere, numbers, amounts,
+)  # fmt: skip
 """The kinds of edits: the first reading that leaves nothing unread is taken."""

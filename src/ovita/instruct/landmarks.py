@@ -62,10 +62,11 @@ EXTREMES = {
 _NTH, _COUNT = "|".join(NUMBERS), rf"(?:\d+|{'|'.join(COUNTS)})"
 _OWN = r"(?:path|trajectory|route|way|run|flight|trip|motion|movement|arc|curve|bow|loop|swing|climb|lift)"
 _EXTREME = re.compile(
-    r"\b(?P<link>at|after|past|before|until|till|from|near|around|over|when|where|while) "
+    r"\b(?P<link>at|after|past|before|until|till|from|near|around|over|when|where|while|lower|raise|lift|drop) "
     r"(?:(?:it|he|she|you|the (?:robot|arm|drone))(?:'s|'re| is| are) (?:at )?)?(?:the |its |your )?(?:very )?"
-    rf"(?:(?P<which>{'|'.join(EXTREMES)})(?: (?:point|spot|place|position|waypoint))?)\b"
-    rf"(?: of (?:the |its |your )?(?:\w+ )?{_OWN})?(?: on\b)?(?! of\b)",
+    rf"(?P<which>{'|'.join(EXTREMES)})(?P<noun> (?:point|spot|place|position|waypoint))?"
+    rf"(?: of (?:the |its |your )?(?:\w+ )?{_OWN})?(?: on\b)?"
+    r"(?(noun)\b|(?=$|\s*[.,;!?]| (?:and|or|for|by|to|then|but|so|with|in|at|it|you|please|again|while|like|\d)))",
     re.IGNORECASE,
 )
 _STOP = re.compile(
@@ -115,8 +116,8 @@ def by_feature(text: str, scene: Scene, positions: Array | None) -> tuple[str, s
     def put(pattern: re.Pattern[str], by: Callable[[re.Match[str]], str], tell: bool = False) -> None:
         def waypoints(found: re.Match[str]) -> str:
             said = by(found) if named.isdisjoint(found[0].lower().split()) else ""
-            if said and tell:
-                taken[f"'{found[0].lower().removeprefix('the ')}'"] = said
+            if tell and (said or found["count"] or found["one"]):
+                taken[f"'{found[0].lower().removeprefix('the ')}'"] = said or "no part of this path"
             return said or found[0]
 
         nonlocal text
@@ -136,6 +137,9 @@ def by_feature(text: str, scene: Scene, positions: Array | None) -> tuple[str, s
 HALTING = ("wait", "hover", "stop")
 """Classes of words for standing still, for which an extreme is a point, and not what is about as high."""
 
+MOVING = ("lower", "raise", "lift", "drop")
+"""Verbs whose object may be an extreme: "lower the highest point"."""
+
 SHORTEST = 4
 """Waypoints of a path that is too short to have features."""
 
@@ -146,7 +150,8 @@ def _linked(link: str, first: int, last: int) -> str:
         return f"from waypoint {last + 1} on"
     if link in ("before", "until", "till"):
         return f"up to waypoint {first + 1}"
-    return f"at waypoint {first + 1}" if first == last else f"from waypoint {first + 1} to waypoint {last + 1}"
+    verb = f"{link} it " if link in MOVING else ""
+    return verb + (f"at waypoint {first + 1}" if first == last else f"from waypoint {first + 1} to waypoint {last + 1}")
 
 
 def _without(first: int, last: int, count: int) -> str:
@@ -184,7 +189,7 @@ class _Features:
         if halts or link in ("after", "past", "from", "before", "until", "till"):
             return _linked(link, at, at)
         first, last = next(r for r in runs(along >= along.max() - AROUND * float(np.ptp(along))) if r[0] <= at <= r[1])
-        return _linked("", first, last)
+        return _linked(link, first, last)
 
     def stop(self, nth: str, link: str) -> str:
         """Its only stop, or one by its number."""
