@@ -64,3 +64,11 @@ def test_what_is_heard_apart_is_told_apart():
     verdict = understand("slow down near the cup, and don't stop there", SCENE)
     assert show(verdict.apart) == "nonstop @near=cup" and verdict.rules is not None
     assert show(verdict.rules.frames) == "pace slower @near=cup"
+
+
+@pytest.mark.parametrize(
+    "said", ["don't stop at the tap", "take the stop at the tap out", "remove the stop at the tap"]
+)
+def test_a_thing_whose_name_is_a_verb_is_a_thing_behind_an_article(said):
+    scene = Scene((SceneObject("tap", [1.0, 0.2, 0.0], [0.1] * 3),))
+    assert show(understand(said, scene).reading.frames) == "nonstop @near=tap"

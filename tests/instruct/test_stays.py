@@ -307,3 +307,10 @@ def test_there_is_the_part_that_was_changed():
     session.say("raise the middle part by 10 cm")
     moved = session.say("now also shift it to the left there").adapted.positions - CARRY.positions
     assert (moved[[0, -1]] == 0.0).all() and moved[:, 0].min() < -0.05
+
+
+def test_an_end_by_a_door_is_on_the_side_of_the_path():
+    door = SceneObject("door", np.array([4.0, 0.5, 1.0]), [0.1, 1.6, 2.0])
+    drive = way((0, -2, 0), (3, -2, 0), (3, 2, 0), (0, 2, 0), spacing=0.2)
+    end = adapt(drive, "end by the door", scene=Scene((door,)), writer="builtin").adapted.positions[-1]
+    assert end[0] < 3.95

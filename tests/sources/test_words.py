@@ -187,8 +187,8 @@ def test_it_behind_the_word_of_an_earlier_place_is_that_place():
 
 def test_it_in_a_wish_is_what_was_named_last():
     route = read_route("Box to plate, pass over the bottle, minimum 12 cm clearance from it", TABLE)
-    (frame,) = (frame for wish in route.wishes for frame in wish.frames)
-    assert frame.named == ("bottle",)
+    (via,) = route.via
+    assert (via.relation, [item.name for item in via.objects], via.distance) == ("over", ["bottle"], 0.12)
 
 
 def test_a_wish_that_is_not_understood_is_not_passed_over():

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ovita.paths.geometry import path_distances
 from ovita.paths.scene import RFU, SceneObject
-from ovita.toolkit import avoid
+from ovita.toolkit import avoid, keep_distance
 from ovita.toolkit.avoidance import shut
 
 S = np.linspace(0.0, 1.0, 80)
@@ -62,3 +63,12 @@ def test_a_path_that_keeps_out_already_stays():
 def test_bad_ways_are_refused(way, other, said):
     with pytest.raises(ValueError, match=said):
         avoid(path(0.0, 0.0), way, [0.0, 0.0, 0.0], other)
+
+
+def test_a_way_around_cuts_off_no_turn_of_the_path():
+    lane = [(12.0, 10.0), (14.2, 10.0), (16.4, 10.0), (18.5, 10.0), (15.7, 8.3), (12.8, 6.5), (10.0, 4.8)]
+    rows = np.column_stack([np.array([(2.0 * i, 10.0) for i in range(6)] + lane), np.zeros(13), np.full(13, 0.6)])
+    piano = SceneObject("piano", [16.0, 11.0, 0.6], [1.5, 1.5, 1.2])
+    kept = keep_distance(rows, piano, at_least=0.5)
+    assert piano.cuboid.closest(kept[:, :3])[0] == pytest.approx(0.5, abs=0.01)
+    assert path_distances(kept[:, :3], rows[:, :3]).max() < 0.35  # the turn at (18.5, 10) stays

@@ -489,3 +489,10 @@ def test_the_repeats_of_a_stop_stay_together_where_the_path_is_bent_away(operati
     rows = np.insert(np.column_stack([x, 0 * x, 0 * x, np.full(41, 0.5)]), 20, [[0.5, 0.0, 0.0, 0.0]] * 3, axis=0)
     out = operation(rows, SceneObject("cup", [0.52, 0.05, 0.0], [0.1] * 3))
     assert (out[20:24, :3] == out[20, :3]).all() and not np.allclose(out[20, :3], rows[20, :3])
+
+
+def test_a_path_on_the_floor_passes_a_tall_thing_at_its_own_height():
+    door = SceneObject("door", [2.0, 1.5, 1.0], [0.9, 0.1, 2.0])
+    x = np.linspace(0.0, 4.0, 41)
+    floor = np.column_stack([x, np.full(41, 0.6), np.zeros(41), np.full(41, 0.5)])
+    assert closer(floor, door, 0.2)[20, 1] == pytest.approx(0.8, abs=1e-3)

@@ -556,7 +556,8 @@ def _sign(word: str) -> Made:
 
 def _thing(words: Sequence[str], i: int, catalog: Catalog, earlier: tuple[str, ...], kind: str, length: int) -> Made:
     """Objects that are named or described, by as many words at least as any class."""
-    if not (words[i][0].isalnum() or POINT.fullmatch(words[i])) or kind in PLACING:
+    places = kind in PLACING and DETERMINERS.isdisjoint(words[i - 1 : i])  # not "stop at the tap"
+    if not (words[i][0].isalnum() or POINT.fullmatch(words[i])) or places:
         return None
     mention = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in earlier))
     several = mention is not None and kind == "ground" and len(mention.items) > 1  # tables, where there is no ground

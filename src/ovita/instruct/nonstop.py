@@ -29,6 +29,9 @@ DENIED = frozenset(
 )
 """Words that deny what should be; others say what is: "it didn't stop there"."""
 
+TAKEN = ("take", "leave", "cut")
+"""Words that deny what is behind them with an "out" after it."""
+
 NONSTOP, MOVING = "nonstop", "keep moving"
 """What says by itself that there is no stop."""
 
@@ -123,6 +126,12 @@ def _denied_from(said: Sequence[Chunk], halt: int) -> int:
         return halt
     between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
     first = halt - len(between) - 1
+    if (
+        first >= 0
+        and said[first].text.lower() in TAKEN
+        and "out" in [c.text.lower() for c in said[halt + 1 : halt + 6]]
+    ):
+        return first
     if first < 0 or said[first].text.lower() not in DENIED or not LASTING.isdisjoint(word.split()):
         return -1
     if said[first].text.lower().startswith("does") and not any(chunk.text.lower() in NEEDED for chunk in between):

@@ -290,11 +290,11 @@ def _level(builder: PolicyBuilder, q: F.Quantity, of: F.Place) -> float:
 
 
 def _facing(builder: PolicyBuilder, item: SceneObject) -> F.Direction:
-    """The level side of an object that faces the middle of the path, from where an end that moves is reached."""
-    away = builder.positions[len(builder.positions) // 2] - item.position
+    """The level side of an object on which most of the path lies, else that which faces its middle waypoint."""
+    away = builder.positions - item.position
     sides: tuple[F.Direction, ...] = ("left", "right", "front", "back")
-    axes = {word: builder.axis(word) for word in sides}
-    return max(axes, key=lambda word: float(away @ axes[word]) - extent(item, axes[word]))
+    beyond = {word: away @ builder.axis(word) - extent(item, builder.axis(word)) for word in sides}
+    return max(sides, key=lambda word: ((beyond[word] > 0.0).mean().round(1), beyond[word][len(away) // 2]))
 
 
 def _end_to(builder: PolicyBuilder, frame: F.MoveEnd, end: str) -> None:

@@ -162,6 +162,9 @@ def product(left: Array, right: Array) -> Array:
 DEFAULT_SIZE = 0.05
 """Edge of the cube that stands for an object without dimensions [m]."""
 
+UPRIGHT = 0.999
+"""The upward share of an object's axis that is upright."""
+
 WIDE = 3.0
 """How many times as long as it is thick, and as far as a path is from its surface, an object is that counts as wide."""
 
@@ -267,14 +270,21 @@ class SceneObject:
         """What a path (N, 3) [m] is closer to or farther from: the centre, or of a wide object the middle of its body.
 
         Past a wall or a pole the way to its centre leads along it; the line or the plate in its middle is straight
-        ahead. An object is wide that is much longer than it is thick, and than the path is from its surface.
+        ahead. An object is wide that is much longer than it is thick, and than the path is from its surface. Of an
+        upright one that is taller than a level path is high, it is the upright line in its middle: a path on the floor
+        passes a door at its own height.
         """
         centre = Cuboid(self.position, self.rotation, np.zeros(3))
         if self.dimensions is None:
             return centre
         thickness, gap = float(self.size.min()), self.cuboid.closest(path)[0]
-        wide = gap > 0.0 and float(self.size.max()) > WIDE * max(thickness, gap)
-        return replace(centre, half=(self.size - thickness) / 2.0) if wide else centre
+        inner = (self.size - thickness) / 2.0
+        if gap > 0.0 and float(self.size.max()) > WIDE * max(thickness, gap):
+            return replace(centre, half=inner)
+        upright = np.abs(self.rotation[2]) > UPRIGHT
+        rise = path[:, 2] - self.position[2]
+        level = float(np.ptp(rise)) == 0.0 and upright.any() and abs(rise[0]) <= float(self.size[upright][0]) / 2.0
+        return replace(centre, half=np.where(upright, inner, 0.0)) if level else centre
 
     def assumed_edge(self, path: Array, keep: float, edge: float = DEFAULT_SIZE) -> float:
         """Edge [m] to assume where the scene gives no dimensions: less than `edge` where a path shows that it is less.

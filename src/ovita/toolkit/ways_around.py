@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ovita.paths.geometry import Cuboid, Mask, crosses, dots, lengths, runs, turning_angles
+from ovita.paths.geometry import Cuboid, Mask, crosses, dots, lengths, path_distances, runs, turning_angles
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit.arguments import GENTLE, ROUNDING, perpendicular, smoothstep
 
@@ -41,8 +41,8 @@ CORNER = np.radians(20.0)
 FARTHER = 2.0
 """How much farther an end may go than it is deep in a body."""
 
-KEEPS = 0.95
-"""The least length of a way around that is drawn taut, as a share of the path's."""
+STRAYS = 2.0
+"""How many times as far from the path a way around that is drawn taut may go as one that is bent."""
 
 PULLS, COARSE = 60, 16
 """How often a band is pulled taut, first with at most so many points."""
@@ -79,9 +79,8 @@ def _kept_out(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask
         return bent
     taut = _taut(bent, path, bodies, up)
     legal = (_gaps(taut, bodies) >= -1e-6).all() and (lengths(taut[fixed] - path[fixed]) <= ROUNDING).all()
-    legal &= (
-        arc_length(taut)[-1] >= KEEPS * arc_length(path)[-1]
-    )  # a shorter one drew out turns that are the path's own
+    strays = path_distances(taut, path).max() > STRAYS * path_distances(bent, path).max()  # draws out its own turns
+    legal &= not strays
     return taut if legal and _unrest(taut, path) < _unrest(bent, path) else bent
 
 
