@@ -5,6 +5,7 @@ import pytest
 
 from ovita import Scene, SceneObject, accept, adapt
 from ovita.instruct.notation import parse, show
+from ovita.instruct.referee import understand
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.toolkit.speed import dwell
@@ -66,3 +67,12 @@ def test_the_stop_by_a_thing_is_meant_though_the_next_waypoint_is_nearer():
     bell = SceneObject("bell", [1.06, 0.3, 0.3], [0.1] * 3)
     result = adapt(Request("wait 4 seconds at the bell", PATH, Scene((bell,))))
     assert result.status == "done" and len(result.adapted) == len(PATH) + 20
+
+
+@pytest.mark.parametrize("said", ["wait 2 s at each room", "wait 2 s at room 1 and room 2"])
+def test_a_wait_at_all_of_several_things_is_one_at_each(said):
+    rooms = Scene(tuple(SceneObject(f"room {n}", [2.0 * n, 1.0, 0.5], [0.9, 0.1, 1.0]) for n in (1, 2)))
+    drive = Trajectory(np.column_stack([np.linspace(0, 6, 31), np.zeros(31), np.zeros(31)]), np.full(31, 0.5))
+    found = understand(said, rooms, drive)
+    assert found.outcome == "do" and [frame.place for frame in found.reading.frames] == ["room 1", "room 2"]
+    assert len(adapt(Request(said, drive, rooms)).adapted) == 31 + 40

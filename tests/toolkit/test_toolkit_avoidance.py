@@ -1,5 +1,7 @@
 """Ways that are not to be taken: over or under an object, or between two."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,3 +74,13 @@ def test_a_way_around_cuts_off_no_turn_of_the_path():
     kept = keep_distance(rows, piano, at_least=0.5)
     assert piano.cuboid.closest(kept[:, :3])[0] == pytest.approx(0.5, abs=0.01)
     assert path_distances(kept[:, :3], rows[:, :3]).max() < 0.35  # the turn at (18.5, 10) stays
+
+
+def test_a_way_around_leaves_out_no_rows_of_a_survey():
+    turns = [(80, 130), (80, 10), (100, 10), (100, 130), (120, 130), (120, 10), (0, 0)]
+    line = np.concatenate([np.linspace(a, b, 7)[:-1] for a, b in pairwise(turns)] + [[turns[-1]]])
+    rows = np.column_stack([line, np.full(len(line), 50.0), np.full(len(line), 6.0)])
+    pylon = SceneObject("pylon", [130.0, 60.0, 22.0], [6.0, 6.0, 44.0])
+    kept = keep_distance(rows, pylon, at_least=30.0)
+    assert pylon.cuboid.closest(kept[:, :3])[0] == pytest.approx(30.0, abs=0.1)
+    assert path_distances(kept[:, :3], rows[:, :3]).max() < 30.0 and kept[:, 1].max() == pytest.approx(130.0, abs=5.0)

@@ -404,3 +404,10 @@ def test_a_corkscrew_goes_round_what_goes_straight_down():
     out = corkscrew(drop, 0.1, turns=2)
     assert np.linalg.norm(out[:, :2], axis=1).max() == pytest.approx(0.1, rel=0.02)
     assert np.allclose(out[[0, -1]], drop[[0, -1]]) and (np.diff(out[:, 2]) < 0).all()
+
+
+def test_a_circle_before_the_goal_comes_to_rest_at_the_goal_alone():
+    rows = np.column_stack([np.linspace(0.0, 1.0, 11), np.zeros(11), np.zeros(11), np.full(11, 0.3)])
+    rows[-2:, 3] = 0.1, 0.0
+    around = circle(rows, SceneObject("dome", [0.9, 0.2, 0.0]))
+    assert around[-1, 3] == 0.0 and (around[:-1, 3] > 0.0).all()

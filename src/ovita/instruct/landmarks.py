@@ -86,7 +86,7 @@ _OUT = re.compile(
     r"|out(?:bound|ward) (?:\w+ )?(?:trip|leg|way|flight|run|journey|stretch)))\b(?! to\b)",
     re.IGNORECASE,
 )
-_ROW = "(?:row|lane|strip|swath|stroke|pass|line|leg|stretch|corridor|aisle|straight)"
+_ROW = "(?:row|lane|strip|swath|stroke|pass|line|leg|corridor|aisle|straight)"
 _ROWS = re.compile(
     rf"\b(?:the )?(?:(?P<nth>{_NTH}|middle|{'|'.join(HIGHER)}) (?:(?P<count>{_COUNT}) {_ROW}e?s|{_ROW})"
     rf"|{_ROW}e?s? (?P<one>{_COUNT})(?:(?P<to> to | through |-)(?P<two>{_COUNT}))?)\b(?! ?(?:%|m\b|cm\b|mm\b|m/s))"

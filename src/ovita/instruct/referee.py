@@ -26,7 +26,7 @@ from ovita.instruct.meaning import same
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_said, contrasted, halted, prolonged, spread, with_units
+from ovita.instruct.together import as_said, at_each, contrasted, halted, prolonged, spread, with_units
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -222,14 +222,15 @@ def _understood(
     rules = in_units(rules, said, positions)
     alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
     if quick and alone and _plain(said) and _whole(said, rules):
+        rules = at_each(rules, said)
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None or any(name_of(frame) not in TRAINED or _winds(frame) for frame in rules.frames):
-        return judged(said, rules, None)
+        return judged(said, at_each(rules, said), None)
     heard = reader.hear(text, scene, positions, before or None)
     learned = in_units(reader.reading(heard), said, positions)
     weighed: Weighed = {"rules": heard.weigh(_items(rules)), "learned": heard.weigh(_items(learned))}
-    return judged(said, rules, learned, weighed)
+    return judged(said, at_each(rules, said), at_each(learned, said), weighed)
 
 
 def _winds(frame: F.SemanticFrame) -> bool:
@@ -239,7 +240,8 @@ def _winds(frame: F.SemanticFrame) -> bool:
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = prolonged(replace(reading, frames=as_said(halted(spread(reading.frames, said), said), said)), said)
+    reading = replace(reading, frames=as_said(halted(spread(reading.frames, said), said), said))
+    reading = prolonged(reading, said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)

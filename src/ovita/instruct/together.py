@@ -117,6 +117,34 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
     return tuple(made)
 
 
+def at_each(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
+    """A reading whose one wait is at all of several things: "wait 2 seconds at each room", "at the cup and the box"."""
+    made: list[F.SemanticFrame] = []
+    read: set[str] = set()
+    for frame in reading.frames:
+        elsewhere = {name for other in reading.frames if other is not frame for name in other.named}
+        group = next((group for group in _listed(said) if getattr(frame, "place", "") in group), ())
+        if isinstance(frame, F.Wait) and len(group) > 1 and elsewhere.isdisjoint(group):
+            made += [replace(frame, place=name) for name in group]
+            read |= {chunk.text for chunk in said if chunk.kind == "OBJ" and {*chunk.names} <= {*group}}
+        else:
+            made.append(frame)
+    unread = tuple(word for word in reading.unread if word not in read)
+    return replace(reading, frames=tuple(made), unread=unread) if read else reading
+
+
+def _listed(said: Sequence[Chunk]) -> list[tuple[str, ...]]:
+    """The objects that are named in one list, each list's names."""
+    lists: list[tuple[str, ...]] = [()]
+    row = [chunk for chunk in said if chunk.kind != "filler"]
+    for before, chunk in pairwise([None, *row]):
+        if chunk is None or chunk.kind not in ("OBJ", "and", "comma"):
+            lists.append(())
+        elif chunk.kind == "OBJ":
+            lists[-1] = (*lists[-1], *chunk.names) if before and before.kind in ("and", "comma") else chunk.names
+    return lists
+
+
 def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     """A reading whose one wait is to last longer than the path stands there already: "wait 2 seconds longer"."""
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]

@@ -197,6 +197,8 @@ def inserted(rows: Array, i: int, points: Array) -> Array:
     new = np.repeat(rows[i : i + 1], len(points), axis=0)
     new[:, :3] = points
     following = float(rows[min(i + 1, last), 3])
+    if following == 0.0 and i < last:  # it comes to rest there, and not at the new waypoints before it
+        following = float(rows[i, 3])
     new[:, 3] = speeds_between(float(rows[i, 3]), cruise_speed(rows, i), following, len(points))
     return np.concatenate([rows[: i + 1], new, rows[i + 1 :]])
 

@@ -79,9 +79,17 @@ def _kept_out(path: Array, bodies: Sequence[Cuboid], selected: Mask, fixed: Mask
         return bent
     taut = _taut(bent, path, bodies, up)
     legal = (_gaps(taut, bodies) >= -1e-6).all() and (lengths(taut[fixed] - path[fixed]) <= ROUNDING).all()
-    strays = path_distances(taut, path).max() > STRAYS * path_distances(bent, path).max()  # draws out its own turns
-    legal &= not strays
+    legal &= _strays(taut, path) <= STRAYS * _strays(bent, path)  # else it draws out turns that are the path's own
     return taut if legal and _unrest(taut, path) < _unrest(bent, path) else bent
+
+
+def _strays(moved: Array, path: Array) -> float:
+    """How far what was moved of a path (N, 3) leaves the stretch that it was moved from [m]."""
+    at = np.flatnonzero(lengths(moved - path) > ROUNDING)
+    if not len(at):
+        return 0.0
+    stretch = slice(max(int(at[0]) - 1, 0), int(at[-1]) + 2)
+    return float(path_distances(moved[stretch], path[stretch]).max())
 
 
 def _distinct(positions: Array) -> Mask:
