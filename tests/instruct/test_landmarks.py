@@ -56,23 +56,6 @@ def test_the_top_of_a_path_is_a_part_of_it_and_its_highest_point():
     assert len(still) >= 29 and np.allclose(still, ARCH.positions[:, 2].max())
 
 
-def test_until_a_thing_that_is_beside_the_start_is_where_the_path_passes_over_it():
-    cup = SceneObject("cup", [0.3, 0.0, 0.1], [0.06] * 3)
-    low = Trajectory(
-        np.column_stack([np.linspace(0.2, 0.8, 31), np.zeros(31), np.r_[np.linspace(0.12, 0.5, 4), np.full(27, 0.5)]]),
-        np.full(31, 0.2),
-    )
-    result = adapt(Request("twice as fast until the cup", low, Scene((cup,))), writer="builtin")
-    faster = np.flatnonzero(result.adapted.speeds > 0.3)
-    assert faster[-1] in (4, 5, 6)
-
-
-def test_higher_on_the_way_to_where_it_ends_leaves_the_ends():
-    bin_ = SceneObject("bin", [1.0, 0.0, 0.1], [0.06] * 3)
-    up = adapted("lift it 5 cm on the way to the bin", bin_).adapted.positions[:, 2] - ARCH.positions[:, 2]
-    assert abs(up[[0, -1]]).max() < 1e-9 and up[10:30].min() > 0.049
-
-
 def test_rows_are_told_by_their_height_and_one_that_is_left_out_is_cut_off():
     rows = [(0, 0, 2), (4, 0, 2), (4, 0, 1), (0, 0, 1), (0, 0, 0), (4, 0, 0)]
     line = np.concatenate([np.linspace(a, b, 20) for a, b in itertools.pairwise(rows)])

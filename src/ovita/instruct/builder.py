@@ -353,27 +353,7 @@ def resolved(builder: PolicyBuilder, part: PathPart, *, left_out: bool = False) 
         return _resolved_near(builder, part, part.places[0], left_out)
     if part.kind == "between":
         return _without_stops(builder, _led_between(builder, part))
-    return _passed_level(builder, part) if part.kind in ("before", "after") else part
-
-
-def _passed_level(builder: PolicyBuilder, part: PathPart) -> PathPart:
-    """Before or after where the path passes a thing from above, if it is nearest to it at its very start or goal."""
-    item = builder.item(part.places[0]) if isinstance(part.places[0], str) else None
-    there = None if item is None else _above(builder, item)
-    if item is None or there is None:
-        return part
-    builder.assume(f"the path passes {item.name} at waypoint {there + 1}")
-    if part.kind == "before":
-        return PathPart("range", amount=0.0, until=float(there))
-    return PathPart("range", amount=float(there))
-
-
-def _above(builder: PolicyBuilder, item: SceneObject) -> int | None:
-    """The waypoint on the way that is level with a thing to which an end is nearer; None of other things."""
-    path, up = builder.trajectory.positions, builder.axis("up")
-    away, inside = path - item.position, range(2, len(path) - 2)
-    there = int(np.linalg.norm(away - (away @ up)[:, None] * up, axis=1).argmin())
-    return there if there in inside and int(item.distance(path).argmin()) not in inside else None
+    return part
 
 
 def _end_of_part(builder: PolicyBuilder, part: PathPart) -> PathPart:
@@ -442,35 +422,12 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
         return part
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
-    if (high := _high_over(builder, item, usual)) is not None:
-        return high
     shifted = _shifts(builder) and not left_out
     reach, rest = _near_without_stays(builder, item, usual) if shifted else (usual, ())
     wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
-
-
-def _high_over(builder: PolicyBuilder, item: SceneObject, usual: float) -> PathPart | None:
-    """Where a path that is to be higher or lower passes over an object too high to be near it; None of others."""
-    frame = builder.frames[builder.frame] if builder.frame < len(builder.frames) else None
-    if not isinstance(frame, F.Shift) or not {way for way, _ in frame.offset} <= {"up", "down"}:
-        return None
-    path, up = builder.trajectory.positions, builder.axis("up")
-    rise = (path - item.position) @ up
-    level = path - rise[:, None] * up
-    aside = item.core(level).depth(level)
-    there = int(aside.argmin())
-    if rise[there] <= 0.0 or item.core(path).depth(path)[there] <= usual:
-        return None
-    near = aside <= builder.scale.near(level, item)
-    near[[0, -1]] = False
-    first, last = next((run for run in runs(near) if run[0] <= there <= run[1]), (0, 0))
-    if first == last:
-        return None
-    builder.assume(f"the path passes over {item.name} between waypoints {first + 1} and {last + 1}")
-    return PathPart("range", amount=float(first), until=float(last))
 
 
 def _near_without_stays(

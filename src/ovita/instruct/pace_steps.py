@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, argument, degree, resolved, short
+from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import FASTER, SLOWER, nice
 from ovita.instruct.object_steps import surface_distance
 from ovita.instruct.path_steps import aimed, spot, steps, waited
@@ -68,7 +68,7 @@ def on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> F.SemanticFra
     told = [one for one in frame.part.parts if frame.part.kind == "both" and one.kind == "before"]
     if told and frame.part == both(told[0], outside(PathPart("after", told[0].places))):  # "until the cup, then ..."
         frame = replace(frame, part=told[0])
-    frame = replace(frame, part=_along_it(builder, frame, _on_the_way(builder, frame)))
+    frame = replace(frame, part=_on_the_way(builder, frame))
     return _unshared(builder, frame) if isinstance(frame, F.Pace) else frame
 
 
@@ -106,56 +106,8 @@ def _factor_near(frame: F.Pace) -> float | None:
     return frame.factor if frame.amount is not None else (SLOWER if frame.change == "slower" else FASTER)[degree(frame)]
 
 
-def _along_it(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
-    """Before or after a long thing: before the path comes to it, and after it has left it."""
-    item = builder.item(part.places[0]) if part.kind in ("before", "after") and _named(part) else None
-    if item is None:
-        return part
-    stretch = None if resolved(builder, part).kind == "range" else _beside(builder, item)
-    if stretch is None or (part.kind == "before" and stretch[0] == 0) or stretch[1] == len(builder.trajectory) - 1:
-        return _but_for_ends(builder, frame, part)
-    if part.kind == "before":
-        builder.assume(f'"before {item.name}" ends where the path comes to it, at waypoint {stretch[0] + 1}')
-        return _but_for_ends(builder, frame, PathPart("range", amount=0.0, until=float(stretch[0] - 1)))
-    return _behind(builder, item, stretch)
-
-
-def _beside(builder: PolicyBuilder, item: SceneObject) -> tuple[int, int] | None:
-    """From where to where a path passes along a long thing, as waypoints; None of others."""
-    if item.dimensions is None:
-        return None
-    gaps = item.cuboid.signed(builder.trajectory.positions)[0]
-    beside = gaps <= gaps.min() + ABOUT_IT * float(item.size.max())
-    first, last = next(run for run in runs(beside) if run[0] <= gaps.argmin() <= run[1])
-    return (first, last) if last - first >= LONG_BY else None
-
-
-def _behind(builder: PolicyBuilder, item: SceneObject, stretch: tuple[int, int]) -> PathPart:
-    """After a long thing; what is told from before it, too, begins where the path comes to it."""
-    both_told = any(one.part.kind == "before" and one.part.places == (item.name,) for one in builder.frames)
-    builder.assume(f'"after {item.name}" begins where the path {"comes to" if both_told else "leaves"} it')
-    return PathPart("range", amount=float(stretch[0] if both_told else stretch[1]))
-
-
-def _but_for_ends(builder: PolicyBuilder, frame: F.SemanticFrame, part: PathPart) -> PathPart:
-    """What is shifted before a thing, without start and goal: "higher on the way to the bin"."""
-    if not isinstance(frame, F.Shift) or (part.kind, part.amount) not in (("before", None), ("range", 0.0)):
-        return part
-    chosen = np.flatnonzero(builder.waypoints(part))
-    last = min(int(chosen[-1]), len(builder.trajectory) - 2) if len(chosen) else 0
-    if last < 2:
-        return part
-    builder.assume("start and goal stay")
-    return PathPart("range", amount=1.0, until=float(last))
-
-
 def _named(part: PathPart) -> bool:
     return isinstance(part.places[0], str)
-
-
-ABOUT_IT, LONG_BY = 0.1, 3
-"""How much farther off than its nearest the path is still beside a thing, as a share of its longest side, and the
-waypoints beside it from which on it is long."""
 
 
 def _on_the_way(builder: PolicyBuilder, frame: F.Pace | F.Shift) -> PathPart:
