@@ -274,6 +274,14 @@ def test_read_needs_no_trajectory(tmp_path):
     assert shown.exit_code == 0 and "clearance drill at_least=10cm" in shown.output
 
 
+@pytest.mark.parametrize(
+    ("said", "role"), [("multiply the distance to the cup by 2", "to"), ("go twice as far from the cup", "by")]
+)
+def test_a_distance_that_is_multiplied_is_that_of_every_waypoint(said, role):
+    (frame,) = understand(said, SCENE).reading.frames
+    assert frame.by.unit == "x" and frame.by.role == role
+
+
 def test_a_multiple_of_the_speed_is_never_read_as_the_opposite():
     (frame,) = understand("speed x0.5", SCENE).reading.frames
     assert frame.factor == 0.5

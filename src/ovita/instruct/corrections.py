@@ -212,27 +212,31 @@ def drops(said: Remark) -> Iterator[Candidate]:
 
 def spares(said: Remark) -> Iterator[Candidate]:
     """Without all but what is to stay: "forget the rest, keep the lift", "undo everything except the lift"."""
-    stays = [p for p in said.pieces if p.cues & STAYING and p.text != "alone"]
-    gone = [p for p in said.pieces if p.cues & {"undo", "restart"}]
-    rest = [p for p in said.pieces if not REST.isdisjoint(p.text.split()) and p not in (*stays, *gone)]
+    told = [p for p in said.pieces if p.cues & {*STAYING, *GOING} and p.text != "alone"]
+    rest = [p for p in said.pieces if not REST.isdisjoint(p.text.split()) and p not in told]
     named = [p for p in said.pieces if said.meant([p])]
-    kept, cues = said.meant(named), {cue for p in (*stays, *gone) for cue in p.cues}
-    all_else = rest or "restart" in cues or {"keep", "only"} <= cues or {"undo", "except"} <= cues
-    if all_else and all(_stays(said, p) for p in named) and 0 < len(kept) < len(said.before):
-        yield Candidate(_all_but(said, kept), (*named, *stays, *gone, *rest), sure=True)
+    kept = said.meant(named)
+    if 0 < len(kept) < len(said.before) and _tells_all(told, rest) and all(_stays(said, p) for p in named):
+        yield Candidate(_all_but(said, kept), (*named, *told, *rest), sure=True)
+
+
+def _tells_all(told: Sequence[Phrase], rest: Sequence[Phrase]) -> bool:
+    """Whether words of what stays and what goes are about all that was done, not about what is named alone."""
+    cues = {cue for p in told for cue in p.cues}
+    return bool(rest) or "restart" in cues or {"keep", "only"} <= cues or {"undo", "except"} <= cues
 
 
 REST = frozenset("rest others else everything all".split())
 """Words for all that is not named."""
 
-STAYING = frozenset(("keep", "except", "only", "but"))
-"""Cues of what stays."""
+STAYING, GOING = frozenset(("keep", "except", "only", "but")), frozenset(("undo", "restart"))
+"""Cues of what stays, and of what goes."""
 
 
 def _stays(said: Remark, piece: Phrase) -> bool:
     """Whether the last that is said before a piece, of what stays and what goes, is what stays."""
     before = reversed(said.pieces[: said.pieces.index(piece) + 1])
-    return next((bool(p.cues & STAYING) for p in before if p.cues & {*STAYING, "undo", "restart"}), False)
+    return next((bool(p.cues & STAYING) for p in before if p.cues & {*STAYING, *GOING}), False)
 
 
 def only(said: Remark) -> Iterator[Candidate]:

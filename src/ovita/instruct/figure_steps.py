@@ -233,9 +233,7 @@ def tilt(builder: PolicyBuilder, frame: F.Tilt) -> None:
 def resize(builder: PolicyBuilder, frame: F.Resize) -> None:
     """Larger or smaller as a whole."""
     where, part = builder.part(frame.part)
-    kept = [one.what for one in builder.frames if isinstance(one, F.Keep) and one.what in ("start", "goal")]
-    if len(kept) == 1 and not (frame.about or frame.part):  # an end that stays is what it is scaled about
-        frame = replace(frame, about=kept[0])
+    frame = _about_its_end(builder, frame)
     factor, about = _size_factor(builder, frame), _about(builder, frame.about)
     meaning = "factor on the size of the path"
     name = builder.knob("factor", factor, "factor", meaning, "by", unit="", direction="larger")
@@ -245,6 +243,12 @@ def resize(builder: PolicyBuilder, frame: F.Resize) -> None:
     flat, words = (", horizontally=True", " horizontally") if level else ("", "")
     call = f"traj = scale(traj, {name}{about}{flat}{argument(where)})"
     builder.add(call, f"Scale the path{words} by {factor:g}{part}.", promise, ends=ends)
+
+
+def _about_its_end(builder: PolicyBuilder, frame: F.Resize) -> F.Resize:
+    """A resizing of the whole path about the one end that is to stay, if nothing is said of that."""
+    kept = [one.what for one in builder.frames if isinstance(one, F.Keep) and one.what in ("start", "goal")]
+    return replace(frame, about=kept[0]) if len(kept) == 1 and not (frame.about or frame.part) else frame
 
 
 def _size_factor(builder: PolicyBuilder, frame: F.Resize) -> float:

@@ -126,11 +126,7 @@ def _denied_from(said: Sequence[Chunk], halt: int) -> int:
         return halt
     between = list(takewhile(lambda chunk: chunk.text.lower() in BETWEEN, reversed(said[:halt])))
     first = halt - len(between) - 1
-    if (
-        first >= 0
-        and said[first].text.lower() in TAKEN
-        and "out" in [c.text.lower() for c in said[halt + 1 : halt + 6]]
-    ):
+    if _takes_out(said, first, halt):
         return first
     if first < 0 or said[first].text.lower() not in DENIED or not LASTING.isdisjoint(word.split()):
         return -1
@@ -138,6 +134,12 @@ def _denied_from(said: Sequence[Chunk], halt: int) -> int:
         return -1
     told = first > 0 and said[first - 1].text.lower().startswith(("there", "does"))  # "there is no stop", a complaint
     return -1 if told and said[first].text.lower() in ("no", "not") else first
+
+
+def _takes_out(said: Sequence[Chunk], first: int, halt: int) -> bool:
+    """Whether a stop is to be taken out: "take the stop at the tap out"."""
+    taken = first >= 0 and said[first].text.lower() in TAKEN
+    return taken and any(chunk.text.lower() == "out" for chunk in said[halt + 1 : halt + 6])
 
 
 def _leads(chunk: Chunk) -> bool:

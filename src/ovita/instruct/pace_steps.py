@@ -287,24 +287,33 @@ def _ramp(s: _Speed) -> None:
 
 def _from_to(s: _Speed) -> tuple[float, float]:
     """From where and to where the speed changes [m/s]; at the goal to a standstill where nothing else is said."""
-    first, rises = float(s.chosen[0]), s.frame.change == "rampup"
-    if s.q is not None:
-        end = s.value(s.mean)
-    elif rises:
-        behind = s.all[int(np.flatnonzero(s.mask)[-1]) + 1 :] if s.mask.any() else s.all[:0]
-        end = float(behind[0]) if len(behind) and behind[0] > 0.0 else 1.5 * float(s.all.max())
-    else:
-        end = 0.0 if s.mask.all() or s.frame.part.kind in ("last", "after") else 0.25 * s.mean
-    caps = [one.amount.value for one in s.builder.frames if isinstance(one, F.Pace) and _is_cap(one) and one.amount]
-    end = min(end, *caps) if rises and caps else end
+    rises = s.frame.change == "rampup"
+    end = s.value(s.mean) if s.q is not None else _risen(s) if rises else _fallen(s)
     if rises:
-        begin = min(first, 0.5 * s.mean, 0.5 * end)
-    else:
-        begin = first if first > 0.2 * s.mean else s.mean
-        begin = begin if begin > end else 2 * end
-        if s.q is None and not s.mask.all() and begin + end > 1.5 * float(s.chosen.mean()):
-            begin *= 0.5  # it falls there already; a lower speed must be clearly lower
+        caps = [one.amount.value for one in s.builder.frames if isinstance(one, F.Pace) and _is_cap(one) and one.amount]
+        end = min(end, *caps) if caps else end
+    begin = min(float(s.chosen[0]), 0.5 * s.mean, 0.5 * end) if rises else _falls_from(s, end)
     return float(f"{begin:.3g}"), float(f"{end:.3g}")
+
+
+def _risen(s: _Speed) -> float:
+    """The speed that it rises to: that of the path behind the part, else half as much again as its highest [m/s]."""
+    behind = s.all[int(np.flatnonzero(s.mask)[-1]) + 1 :] if s.mask.any() else s.all[:0]
+    return float(behind[0]) if len(behind) and behind[0] > 0.0 else 1.5 * float(s.all.max())
+
+
+def _fallen(s: _Speed) -> float:
+    """The speed that it falls to: none at the goal, a quarter elsewhere [m/s]."""
+    return 0.0 if s.mask.all() or s.frame.part.kind in ("last", "after") else 0.25 * s.mean
+
+
+def _falls_from(s: _Speed, end: float) -> float:
+    """The speed from which it falls to another [m/s]."""
+    first = float(s.chosen[0])
+    begin = first if first > 0.2 * s.mean else s.mean
+    begin = begin if begin > end else 2 * end
+    falls_already = s.q is None and not s.mask.all() and begin + end > 1.5 * float(s.chosen.mean())
+    return begin * 0.5 if falls_already else begin  # a lower speed must be clearly lower
 
 
 def _is_cap(frame: F.Pace) -> bool:

@@ -75,11 +75,16 @@ def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame
 
 
 def as_said(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with what the network does not see: a height below zero, and that it waits under a thing, not above it."""
+    """Frames with what the network does not see.
+
+    That is a height below zero, a wait under a thing and not above it, and whose distance is multiplied.
+    """
     kinds = {chunk.kind for chunk in said}
     below = {then.q.value for sign, then in pairwise(said) if sign.kind == "minus" and then.q}
     if "under" in kinds and kinds.isdisjoint(("up", "over", "raise", "rising")):
         frames = [_underneath(frame) for frame in frames]
+    if not kinds.isdisjoint(("multiply", "waypoints")):
+        frames = [_multiplied(frame) for frame in frames]
     return tuple(_below_zero(frame, below) for frame in frames)
 
 
@@ -88,6 +93,13 @@ def _underneath(frame: F.SemanticFrame) -> F.SemanticFrame:
     if not isinstance(frame, F.Hover) or len(frame.objects) != 1:
         return frame
     return F.Wait(place=frame.objects[0], duration=frame.duration, words=frame.words)
+
+
+def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
+    """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
+    if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
+        return frame
+    return replace(frame, by=replace(frame.by, role="to"))
 
 
 def _below_zero(frame: F.SemanticFrame, below: Container[float]) -> F.SemanticFrame:
@@ -118,19 +130,26 @@ def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.
 
 
 def at_each(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
-    """A reading whose one wait is at all of several things: "wait 2 seconds at each room", "at the cup and the box"."""
+    """A reading whose waits are at all of several things: "wait 2 seconds at each room", "at the cup and the box"."""
     made: list[F.SemanticFrame] = []
-    read: set[str] = set()
     for frame in reading.frames:
-        elsewhere = {name for other in reading.frames if other is not frame for name in other.named}
-        group = next((group for group in _listed(said) if getattr(frame, "place", "") in group), ())
-        if isinstance(frame, F.Wait) and len(group) > 1 and elsewhere.isdisjoint(group):
-            made += [replace(frame, place=name) for name in group]
-            read |= {chunk.text for chunk in said if chunk.kind == "OBJ" and {*chunk.names} <= {*group}}
-        else:
-            made.append(frame)
-    unread = tuple(word for word in reading.unread if word not in read)
-    return replace(reading, frames=tuple(made), unread=unread) if read else reading
+        made += _at_each_of(frame, _listed_with(frame, reading, said)) if isinstance(frame, F.Wait) else [frame]
+    if len(made) == len(reading.frames):
+        return reading
+    read = {chunk.text for chunk in said if chunk.kind == "OBJ"}
+    return replace(reading, frames=tuple(made), unread=tuple(word for word in reading.unread if word not in read))
+
+
+def _at_each_of(wait: F.Wait, names: Sequence[str]) -> list[F.Wait]:
+    """A wait at each of some things; of none, the wait as it is."""
+    return [replace(wait, place=name) for name in names] or [wait]
+
+
+def _listed_with(wait: F.Wait, reading: F.Reading, said: Sequence[Chunk]) -> tuple[str, ...]:
+    """The objects of the list in which a wait's place is named; none of which another frame is about."""
+    elsewhere = {name for frame in reading.frames if frame is not wait for name in frame.named}
+    names = next((names for names in _listed(said) if wait.place in names), ())
+    return names if elsewhere.isdisjoint(names) else ()
 
 
 def _listed(said: Sequence[Chunk]) -> list[tuple[str, ...]]:
