@@ -178,6 +178,24 @@ ENDED = ("start", "goal", "first", "last", "middle")
 """Concepts of places on a path that no thing names."""
 
 
+def ends_kept(said: Remark) -> Iterator[Candidate]:
+    """An end where it was before all turns: "put the start back where it was", "but leave the goal as it is"."""
+    pieces = [p for p in said.pieces if p.concept in ("start", "goal")]
+    stay = [p for p in said.pieces if p.cues & {"keep", "where_it_was"} or p.concept == "original"]
+    more = [p for p in said.pieces if p.number or p.items or (heading(p) and p.text != "back")]
+    if pieces and stay and said.before and not more:
+        ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
+        edits = tuple(edit for end in ends for edit in _back_at(said, end))
+        used = (*pieces, *stay, *said.cued("not", "also", "restart", "undo", "keep", "of_move"))
+        yield Candidate(edits, (*used, *said.of("rest", "back")), sure=True)
+
+
+def _back_at(said: Remark, end: F.End) -> Sequence[E.Edit]:
+    """What puts an end back: without what moved it alone, or with it kept where all else moved it."""
+    moved = [i for i, frame in enumerate(said.before) if isinstance(frame, F.MoveEnd) and frame.end == end]
+    return [E.Drop(on=said.on(i)) for i in moved] or [E.Also(frame=F.Keep(what=end))]
+
+
 def ends(said: Remark) -> Iterator[Candidate]:
     """The other end of the path than was said: "I meant the goal"; or that one besides: "the goal as well"."""
     pieces = said.of("start", "goal")

@@ -7,7 +7,7 @@ way to take it; their sums say how likely it is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import UnionType
 from typing import Literal, TypeAlias
@@ -48,10 +48,12 @@ def in_excess(
 ) -> tuple[E.Edit, ...]:
     """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off".
 
-    A bare number is in the unit of the length that it takes the place of.
+    A bare number is in the unit of the length that it takes the place of, and what is given up of several changes is
+    what was done about the one object that is named.
     """
     numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
-    edits = tuple(_in_its_unit(edit, before, numbers) for edit in edits)
+    things = {name for chunk in said if chunk.kind == "OBJ" for name in chunk.names}
+    edits = tuple(_about_named(_in_its_unit(edit, before, numbers), before, things) for edit in edits)
     words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
     return _exceeding(edits, said, before, words) if any(words.values()) else edits
 
@@ -79,6 +81,13 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
     if bare is None or had is None or had.unit != "m" or had.value <= 0.0:
         return edit
     return replace(edit, quantity=replace(edit.quantity, value=_likelier(bare, had), unit="m", said=""))
+
+
+def _about_named(edit: E.Edit, before: Sequence[F.SemanticFrame], things: Collection[str]) -> E.Edit:
+    """What gives up all that was done as what gives up what was done about the one object that is named."""
+    about = [frame for frame in before if not {*frame.named}.isdisjoint(things)]
+    one = isinstance(edit, E.Drop) and not edit.on and len(things) == 1 and 0 < len(about) < len(before)
+    return replace(edit, on=next(iter(things))) if one else edit
 
 
 def _likelier(bare: float, had: F.Quantity) -> float:
@@ -110,9 +119,10 @@ END = Chunk("dot", "", (0, 0))
 
 def _excess(behind: Chunk, then: Chunk) -> str:
     """The word behind an amount for what is too much, or missing; "" where there is none."""
-    if behind.text.lower() == "off" and then.kind in ("dot", "comma", "and"):
+    word = behind.text.lower()
+    if (word == "off" and then.kind in ("dot", "comma", "and")) or word == "shorter":
         return "much"
-    return then.text.lower() if behind.kind == "too" else ""
+    return "short" if word == "longer" else then.text.lower() if behind.kind == "too" else ""
 
 
 def _less_or_more(edit: E.Set, word: str) -> Literal[-1, 0, 1]:

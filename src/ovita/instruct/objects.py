@@ -426,7 +426,7 @@ class _Phrase:
         of_kind = self.catalog.of_kind(noun)
         of_sort = of_kind is None and self._may_be_sort(noun, begin)
         of_kind = self.catalog.sorts.get(noun) if of_sort else of_kind
-        if of_kind is None or (noun == "one" and not self._told()):
+        if of_kind is None or (noun == "one" and not self._tells_one()):
             return None
         self.at += 1
         self._behind()
@@ -443,6 +443,11 @@ class _Phrase:
     def _told(self) -> bool:
         """Whether something besides a noun has been said of the objects."""
         return bool(self.traits) or self.key is not None or self.ordinal is not None or self.other
+
+    def _tells_one(self) -> bool:
+        """Whether "one" is an object; "the second one" of things of several kinds may be anything."""
+        counted = self.ordinal is not None and not self.traits and len(self.catalog.heads) > 1
+        return self._told() and not counted
 
     def _quantifier(self) -> bool:
         word = self.word()

@@ -466,17 +466,19 @@ def _wait_beside(builder: PolicyBuilder, item: SceneObject, frame: F.Wait, name:
 def stop_by(builder: PolicyBuilder, item: SceneObject, *, roughly: bool = False) -> str:
     """The index of a waypoint at which the path stands still about where it is nearest to an object; "" for none.
 
-    Roughly, it is the stop to which no other object is nearer, wherever that is near it.
+    A stop to which another object is nearer is one at that. Roughly, it is the object's own wherever that is near it.
     """
     rows = builder.rows()
     away, still = item.cuboid.signed(rows[:, :3])[0], _stops(rows)
-    nearest = min(still, key=lambda i: float(away[i]), default=-1)
-    about = away.min() + max(ABOUT, 1.5 * spacing(rows[:, :3]))
-    if still and roughly:
-        others = min(float(one.cuboid.signed(rows[[nearest], :3])[0][0]) for one in builder.scene)
-        own = away[nearest] <= others + 1e-9
-        about = max(about, ITS_OWN * builder.scale.near(rows[:, :3], item) if own else 0.0)
-    return str(nearest) if still and away[nearest] <= about else ""
+    if not still:
+        return ""
+    nearest = min(still, key=lambda i: float(away[i]))
+    others = min(float(one.cuboid.signed(rows[[nearest], :3])[0][0]) for one in builder.scene)
+    own = away[nearest] <= others + 1e-9
+    about = away.min() + (max(ABOUT, 1.5 * spacing(rows[:, :3])) if own else 0.5 * spacing(rows[:, :3]))
+    if roughly and own:
+        about = max(about, ITS_OWN * builder.scale.near(rows[:, :3], item))
+    return str(nearest) if away[nearest] <= about else ""
 
 
 ABOUT = 0.05
