@@ -72,3 +72,8 @@ def test_what_is_heard_apart_is_told_apart():
 def test_a_thing_whose_name_is_a_verb_is_a_thing_behind_an_article(said):
     scene = Scene((SceneObject("tap", [1.0, 0.2, 0.0], [0.1] * 3),))
     assert show(understand(said, scene).reading.frames) == "nonstop @near=tap"
+
+
+def test_to_carry_on_past_where_it_does_not_stop_is_nothing_more():
+    found = understand("no need to stop at the cup today, just carry on past it", SCENE)
+    assert found.outcome == "do" and show(found.reading.frames) == "nonstop @near=cup"

@@ -56,6 +56,13 @@ def stands(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
     return anywhere and isinstance(frame, (*HALTS, F.MoveEnd) if all(there) else HALTS)
 
 
+def goes_past(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
+    """Whether a frame says no more than that it goes on past a thing at which there is to be no stop."""
+    past = {place for one in apart if isinstance(one, F.NoStop) for place in one.part.places}
+    mere = isinstance(frame, F.Extend) or (isinstance(frame, F.Visit) and frame.relation == "at")
+    return mere and bool(frame.named) and {*frame.named} <= past
+
+
 SUBJECTS = frozenset("it it's he he's she she's they they're we i the my our your there this that people".split())
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.beforehand import heard_apart, put_plainly, stands, tells
+from ovita.instruct.beforehand import goes_past, heard_apart, put_plainly, stands, tells
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, asked, contradictions
 from ovita.instruct.degrees import extent_of
@@ -210,7 +210,8 @@ def _with_the_rest(
         return replace(found, outcome=outcome, reading=F.Reading(apart, unread=unread), unused=unread)
     if any(stands(frame, apart) for frame in _frames(found.reading)):
         return None
-    return replace(found, reading=replace(found.reading, frames=(*found.reading.frames, *apart)))
+    more = tuple(frame for frame in found.reading.frames if not goes_past(frame, apart))
+    return replace(found, reading=replace(found.reading, frames=(*more, *apart)))
 
 
 def _understood(

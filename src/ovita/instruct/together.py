@@ -198,7 +198,7 @@ def _for_longer(said: Sequence[Chunk]) -> list[str]:
     found += [
         i for i, chunk in enumerate(said) if chunk.text.lower().split()[-1] in MORE and {i - 1, i + 1} & {*waiting}
     ]
-    return [said[i].text for i in found] if waiting else []
+    return [said[i].text for i in found]
 
 
 LONGER, MORE = frozenset(("longer", "another", "an extra", "an additional")), frozenset(("more", "extra", "additional"))
