@@ -99,6 +99,11 @@ def test_rows_that_are_not_there_stay_as_they_are_said(said):
     assert told == said and ("no part of this path" in taken) == ("9" in said or "nine" in said)
 
 
+def test_a_row_is_not_counted_by_a_length_behind_it():
+    path, _ = lawn()
+    assert by_feature("move all the row one meter to the left", Scene(()), path)[1] == ""
+
+
 def test_what_an_object_is_called_is_no_feature():
     path, _ = lawn()
     named = Scene((SceneObject("row 3", np.zeros(3)), SceneObject("top shelf", np.zeros(3))))

@@ -87,9 +87,10 @@ _OUT = re.compile(
     re.IGNORECASE,
 )
 _ROW = "(?:row|lane|strip|swath|stroke|pass|line|leg|corridor|aisle|straight)"
+_NO_UNIT = r"(?! ?(?:%|c?m\b|mm\b|m/s|(?:centi|milli)?met(?:er|re)|sec|in\b|inch|f(?:oo|ee)?t\b|per ?cent|times))"
 _ROWS = re.compile(
     rf"\b(?:the )?(?:(?P<nth>{_NTH}|middle|{'|'.join(HIGHER)}) (?:(?P<count>{_COUNT}) {_ROW}e?s|{_ROW})"
-    rf"|{_ROW}e?s? (?P<one>{_COUNT})(?:(?P<to> to | through |-)(?P<two>{_COUNT}))?)\b(?! ?(?:%|m\b|cm\b|mm\b|m/s))"
+    rf"|{_ROW}e?s? (?P<one>{_COUNT})(?:(?P<to> to | through |-)(?P<two>{_COUNT}))?)\b{_NO_UNIT}"
     rf"|\b(?:all (?:of )?)?the (?:rows|lanes|strips|swaths|strokes)\b",
     re.IGNORECASE,
 )
