@@ -300,11 +300,11 @@ def slot_for(frame: F.SemanticFrame, slot: str, unit: str) -> str:
 
 
 def _as_distance(edit: Set, frames: Frames) -> Frames | None:
-    """A length for how far off, where no person said how much farther: "make it 1.5 m" after "further from the bed"."""
+    """A length for how far off, where nobody said how much farther: "make it 1.5 m" after "further from the bed"."""
     i = chosen(frames, edit.on, lambda f: isinstance(f, F.Approach))
     frame = None if i is None or edit.step or edit.quantity.unit != "m" else frames[i]
     farther = isinstance(frame, F.Approach) and frame.sense == "farther"
-    if i is None or not isinstance(frame, F.Approach) or not farther or (frame.by is not None and frame.by.said):
+    if i is None or not isinstance(frame, F.Approach) or not farther or frame.by is not None:
         return None
     bound = replace(edit.quantity, role="at_least")
     return _put_at(frames, i, F.Clearance(objects=frame.objects, distance=bound, part=frame.part, words=frame.words))

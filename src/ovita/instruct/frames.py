@@ -532,9 +532,6 @@ def _held_by_part(part: PathPart) -> list[float]:
     return own + [value for inner in part.parts for value in _held_by_part(inner)]
 
 
-OTHER_END = {"start": "goal", "goal": "start"}
-"""The other end of the path."""
-
 CALLED = {Approach: "sense", Figure: "shape"}
 """Frames that the notation calls by one of their slots."""
 
