@@ -481,3 +481,15 @@ def test_a_correction_goes_back_no_further_than_the_last_one(said):
     high = measured(session.current)["up"]
     assert session.say(said).usable
     assert 0.1 < measured(session.current)["up"] < high
+
+
+def test_what_gives_up_more_than_it_names_is_asked_or_gives_up_what_it_names():
+    session = after(("slow down near the cup", "the same near the bottle")).draft()
+    session.say("hmm, the bottle is overkill actually, leave that as it was")
+    assert measured(session.current)["at_cup"] < 0.6 and measured(session.current)["at_bottle"] == pytest.approx(1.0)
+    session = after(("go left by 0.2", "slow down near the cup")).draft()
+    before = session.current
+    result = session.say("no, I don't like the shift after all, back to how it went before but keep the slower bit")
+    assert result.status in ("done", "limited", "needs_clarification")
+    assert result.status == "needs_clarification" or measured(session.current)["at_cup"] < 0.6
+    assert result.status != "needs_clarification" or session.current == before

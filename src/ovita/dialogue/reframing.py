@@ -25,7 +25,7 @@ from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
@@ -75,6 +75,9 @@ BETWEEN = frozenset("between halfway middle quite".split())
 
 WORDED = ("near", "first", "last", "middle", "after", "before", "between", "turns")
 """Kinds of parts of which the words are those that a person would say."""
+
+WHAT_GOES = "What should be taken back? 'Undo' is the last turn; or name it, such as 'forget the shift'."
+"""The question where words give up more than they name."""
 
 TAKEN = {
     "accept": "it is right as it is; nothing is changed",
@@ -338,6 +341,8 @@ class DialogueState:
 
     def _followed(self, feedback: Feedback, on: FeedbackOn) -> Interpretation:
         """What feedback does: a step back or forth, an answer, or the last turn's frames realised again."""
+        if self._gives_up_more(feedback):
+            feedback = replace(feedback, reading=Reading(question=WHAT_GOES))
         if feedback.reading.question:
             return self._asking(feedback)
         commands = [edit for edit in feedback.edits if isinstance(edit, Command)]
@@ -356,6 +361,18 @@ class DialogueState:
             values = values_after(last.parameters, self.now.scene, edits, after)
             return self._noted(feedback, last, self._rerun(last, values or {}), "knobs")
         return self._edited(feedback, edits, after, on)
+
+    def _gives_up_more(self, feedback: Feedback) -> bool:
+        """Whether all of some turns would be taken back though the words name some of it only, or another change."""
+        back = [edit for edit in feedback.edits if isinstance(edit, Command) and edit.command in ("undo", "restart")]
+        drops = [edit for edit in feedback.edits if isinstance(edit, Drop) and not edit.on]
+        if not (back or drops):
+            return False
+        frames = _frames_of(self._results)
+        kept = _frames_of(self._results[: feedback.first if drops else len(self._results) - 1])
+        begin = 0 if back and back[0].command == "restart" else len(kept)
+        named = {*named_frames(feedback.said, self.now.scene, frames)}
+        return bool(named) and named != {*range(begin, len(frames))}
 
     def _shown_first(self, feedback: Feedback, found: Interpretation) -> Interpretation:
         """What feedback comes to, as a proposal where words are left over or a number is odd."""

@@ -84,10 +84,13 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
 
 
 def _about_named(edit: E.Edit, before: Sequence[F.SemanticFrame], things: Collection[str]) -> E.Edit:
-    """What gives up all that was done as what gives up what was done about the one object that is named."""
-    about = [frame for frame in before if not {*frame.named}.isdisjoint(things)]
-    one = isinstance(edit, E.Drop) and not edit.on and len(things) == 1 and 0 < len(about) < len(before)
-    return replace(edit, on=next(iter(things))) if one else edit
+    """What gives up several changes as what gives up those at the one object that is named."""
+    if not isinstance(edit, E.Drop) or len(things) != 1:
+        return edit
+    gone = [frame for frame in before if not edit.on or is_called(frame, edit.on)]
+    about = [frame for frame in gone if not {*frame.named, *frame.part.places}.isdisjoint(things)]
+    (thing,) = things
+    return replace(edit, on=f"{edit.on} {thing}".strip()) if 0 < len(about) < len(gone) else edit
 
 
 def _likelier(bare: float, had: F.Quantity) -> float:
