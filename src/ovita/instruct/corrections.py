@@ -166,12 +166,17 @@ def places_instead(said: Remark) -> Iterator[Candidate]:
     """Near a thing instead of where it was: "not there, at the fan", "not at the start, at the fan"."""
     things, no = [p for p in said.active if p.items], said.cued("not", "except")
     denied, names = [p for p in said.active if p.text == "there" or p.concept in ENDED], _items(things)
-    i = next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
+    i = _last_in_part(said)
     if i is None or len(names) != 1 or not denied or not no or any(p.number or heading(p) for p in said.active):
         return
     if said.active.index(denied[0]) < said.active.index(things[0]):
         used = (*things, *denied, *no, *said.cued("meant", "only"), *said.of("near", "at", "around"))
         yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
+
+
+def _last_in_part(said: Remark) -> int | None:
+    """The number of the last frame about a part of the path; None for none."""
+    return next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
 
 
 ENDED = ("start", "goal", "first", "last", "middle")
@@ -182,12 +187,16 @@ def ends_kept(said: Remark) -> Iterator[Candidate]:
     """An end where it was before all turns: "put the start back where it was", "but leave the goal as it is"."""
     pieces = [p for p in said.pieces if p.concept in ("start", "goal")]
     stay = [p for p in said.pieces if p.cues & {"keep", "where_it_was"} or p.concept == "original"]
-    more = [p for p in said.pieces if p.number or p.items or (heading(p) and p.text != "back")]
-    if pieces and stay and said.before and not more:
+    if pieces and stay and said.before and not any(map(_tells_more, said.pieces)):
         ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
         edits = tuple(edit for end in ends for edit in _back_at(said, end))
         used = (*pieces, *stay, *said.cued("not", "also", "restart", "undo", "keep", "of_move"))
         yield Candidate(edits, (*used, *said.of("rest", "back")), sure=True)
+
+
+def _tells_more(piece: Phrase) -> bool:
+    """Whether a piece says how far, which way or of which thing."""
+    return bool(piece.number or piece.items or (heading(piece) and piece.text != "back"))
 
 
 def _back_at(said: Remark, end: F.End) -> Sequence[E.Edit]:

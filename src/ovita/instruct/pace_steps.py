@@ -473,12 +473,16 @@ def stop_by(builder: PolicyBuilder, item: SceneObject, *, roughly: bool = False)
     if not still:
         return ""
     nearest = min(still, key=lambda i: float(away[i]))
-    others = min(float(one.cuboid.signed(rows[[nearest], :3])[0][0]) for one in builder.scene)
-    own = away[nearest] <= others + 1e-9
+    own = away[nearest] <= _nearest_thing(builder, rows[[nearest], :3]) + 1e-9
     about = away.min() + (max(ABOUT, 1.5 * spacing(rows[:, :3])) if own else 0.5 * spacing(rows[:, :3]))
     if roughly and own:
         about = max(about, ITS_OWN * builder.scale.near(rows[:, :3], item))
     return str(nearest) if away[nearest] <= about else ""
+
+
+def _nearest_thing(builder: PolicyBuilder, place: Array) -> float:
+    """The distance of a place (1, 3) [m] from the surface of the nearest object [m]."""
+    return min(float(item.cuboid.signed(place)[0][0]) for item in builder.scene)
 
 
 ABOUT = 0.05

@@ -205,13 +205,18 @@ def _with_the_rest(
     if found.reading.asks:
         return found
     if not _reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
-        unread = tuple(chunk.text for chunk in left if chunk.kind not in UNKNOWN - {"unknown"})
-        outcome: Outcome = "do" if told and found.outcome == "decline" else "needs_confirmation"
-        return replace(found, outcome=outcome, reading=F.Reading(apart, unread=unread), unused=unread)
+        return _alone(found, left, told=told)
     if any(stands(frame, apart) for frame in _frames(found.reading)):
         return None
     more = tuple(frame for frame in found.reading.frames if not goes_past(frame, apart))
     return replace(found, reading=replace(found.reading, frames=(*more, *apart)))
+
+
+def _alone(found: Understanding, left: Sequence[Chunk], *, told: bool) -> Understanding:
+    """The verdict on what was heard apart where nothing else is read; it is done if the rest tells how things are."""
+    unread = tuple(chunk.text for chunk in left if chunk.kind not in UNKNOWN - {"unknown"})
+    outcome: Outcome = "do" if told and found.outcome == "decline" else "needs_confirmation"
+    return replace(found, outcome=outcome, reading=F.Reading(found.apart, unread=unread), unused=unread)
 
 
 def _understood(

@@ -171,11 +171,15 @@ def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     words = _for_longer(said) if len(waits) == 1 else []
     if not words:
         return reading
-    longer: dict[F.SemanticFrame, F.SemanticFrame] = {wait: _longer(wait) for wait in waits}
-    frames = tuple(longer.get(frame, frame) for frame in reading.frames)
-    edits = tuple(replace(e, frame=longer.get(e.frame, e.frame)) if isinstance(e, Also) else e for e in reading.edits)
     unread = tuple(word for word in reading.unread if word not in words)
-    return replace(reading, frames=frames, edits=edits, unread=unread)
+    return replace(_with_frames(reading, {wait: _longer(wait) for wait in waits}), unread=unread)
+
+
+def _with_frames(reading: F.Reading, changed: Mapping[F.SemanticFrame, F.SemanticFrame]) -> F.Reading:
+    """A reading with other frames for some of it, also for those that feedback adds."""
+    frames = tuple(changed.get(frame, frame) for frame in reading.frames)
+    edits = tuple(replace(e, frame=changed.get(e.frame, e.frame)) if isinstance(e, Also) else e for e in reading.edits)
+    return replace(reading, frames=frames, edits=edits)
 
 
 def _hovers_at(frame: F.SemanticFrame) -> bool:
@@ -192,13 +196,18 @@ def _longer(frame: F.SemanticFrame) -> F.SemanticFrame:
 
 def _for_longer(said: Sequence[Chunk]) -> list[str]:
     """The words beside a wait or its duration that ask for more of it: "longer", "another", "more"."""
-    waiting = [i for i, chunk in enumerate(said) if chunk.kind in ("wait", "hover", "Qs", "Qstep", "keep")]
-    denied = {i + 1 for i, chunk in enumerate(said) if chunk.kind in ("never", "max", "at_least", "at_most")}
+    waiting = _where(said, "wait", "hover", "Qs", "Qstep", "keep")
+    denied = {i + 1 for i in _where(said, "never", "max", "at_least", "at_most")}
     found = [i for i, chunk in enumerate(said) if chunk.text.lower() in LONGER and i not in denied]
     found += [
         i for i, chunk in enumerate(said) if chunk.text.lower().split()[-1] in MORE and {i - 1, i + 1} & {*waiting}
     ]
     return [said[i].text for i in found]
+
+
+def _where(said: Sequence[Chunk], *kinds: str) -> list[int]:
+    """The numbers of the chunks of some classes."""
+    return [i for i, chunk in enumerate(said) if chunk.kind in kinds]
 
 
 LONGER, MORE = frozenset(("longer", "another", "an extra", "an additional")), frozenset(("more", "extra", "additional"))
