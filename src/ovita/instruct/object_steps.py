@@ -10,7 +10,7 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
-from ovita.instruct.path_steps import APPROACH, CROWDED, OF, ROOM_LEFT, aimed, is_in_the_way, steps, usual_gap, waited
+from ovita.instruct.path_steps import APPROACH, CROWDED, OF, ROOM_LEFT, aimed, is_a_body, steps, usual_gap, waited
 from ovita.limits.problem import is_support
 from ovita.paths.geometry import closest_to_point, runs
 from ovita.paths.part import PathPart
@@ -253,7 +253,7 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
             gap = max(builder.scale.step("slight"), builder.room(item))
             builder.assume(f'"by {item.name}" is {gap:g} m from it')
             _come_within(builder, item, gap, "at", "", "")
-        elif not frame.aim and frame.relation == "at" and is_in_the_way(builder, item):
+        elif not frame.aim and frame.relation == "at" and is_a_body(item):
             gap = max(usual_gap(builder), builder.room(item))
             builder.assume(f'"at {item.name}" is {gap:g} m from its surface')
             _come_within(builder, item, gap, "at_most", "", "")

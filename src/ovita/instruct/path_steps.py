@@ -320,7 +320,7 @@ def _end_at(builder: PolicyBuilder, frame: F.MoveEnd, item: SceneObject, end: st
     level = ""
     if not frame.offset and any(_keeps_height(one) for one in builder.frames):
         frame, level = replace(frame, aim=""), _at_own_level(builder, item, end)
-    elif not (frame.aim or frame.offset) and is_in_the_way(builder, item):
+    elif not (frame.aim or frame.offset) and _is_in_the_way(builder, item):
         frame, level = replace(frame, aim="beside"), _at_its_level(builder, item)
     if frame.aim in BESIDE:
         side = BESIDE[frame.aim] or _facing(builder, item)
@@ -347,17 +347,19 @@ def _at_its_level(builder: PolicyBuilder, item: SceneObject) -> str:
     return f", {'up' if rise > 0.0 else 'down'}={short(abs(rise)):g}"
 
 
-def is_in_the_way(builder: PolicyBuilder, item: SceneObject) -> bool:
-    """Whether to be at an object is to be beside it: a building, and for what rolls on the floor all that stands there.
+def is_a_body(item: SceneObject) -> bool:
+    """Whether an object is so large on all sides that to be at it is to be beside it: a building, no cup or mat."""
+    solid = HOLLOW.isdisjoint(item.name.lower().split())
+    return solid and item.dimensions is not None and float(item.size.min()) >= LARGE
 
-    A cup on a table or a mat may be gone to itself.
-    """
-    if item.dimensions is None or not HOLLOW.isdisjoint(item.name.lower().split()):
-        return False
+
+def _is_in_the_way(builder: PolicyBuilder, item: SceneObject) -> bool:
+    """Whether to end at an object is to end beside it: a body, and for what rolls on the floor what stands on it."""
     up = builder.axis("up")
     middle, half = float(item.position @ up), extent(item, up)
-    stands = middle - half <= STEP < middle + half and on_the_ground(builder.positions, up)
-    return stands or float(item.size.min()) >= LARGE
+    stands = item.dimensions is not None and middle - half <= STEP < middle + half
+    hollow = not HOLLOW.isdisjoint(item.name.lower().split())
+    return is_a_body(item) or (stands and not hollow and on_the_ground(builder.positions, up))
 
 
 STEP = 0.03
