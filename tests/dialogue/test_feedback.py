@@ -490,6 +490,4 @@ def test_what_gives_up_more_than_it_names_is_asked_or_gives_up_what_it_names():
     session = after(("go left by 0.2", "slow down near the cup")).draft()
     before = session.current
     result = session.say("no, I don't like the shift after all, back to how it went before but keep the slower bit")
-    assert result.status in ("done", "limited", "needs_clarification")
-    assert result.status == "needs_clarification" or measured(session.current)["at_cup"] < 0.6
-    assert result.status != "needs_clarification" or session.current == before
+    assert result.status == "needs_clarification" and session.current == before

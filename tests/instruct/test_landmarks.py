@@ -99,9 +99,23 @@ def test_rows_that_are_not_there_stay_as_they_are_said(said):
     assert told == said and ("no part of this path" in taken) == ("9" in said or "nine" in said)
 
 
-def test_a_row_is_not_counted_by_a_length_behind_it():
+@pytest.mark.parametrize(
+    "said",
+    [
+        "move all the row one meter to the left", "go straight 0.5 m", "pass 0.2 left of the cup",
+        "pass two objects on the left", "first pass the cup, then wait", "last pass the box",
+    ],
+)  # fmt: skip
+def test_a_verb_or_a_length_counts_no_row(said):
     path, _ = lawn()
-    assert by_feature("move all the row one meter to the left", Scene(()), path)[1] == ""
+    told, taken = by_feature(said, Scene(()), path)
+    assert taken == "" and "waypoint" not in told
+
+
+def test_a_row_behind_a_verb_is_told_by_its_number():
+    path, _ = lawn()
+    (told, _), (plain, _) = (by_feature(said, Scene(()), path) for said in ("lower lane 3 by 5 cm", "lane 3"))
+    assert told == f"lower {plain} by 5 cm" and plain.startswith("waypoints ")
 
 
 def test_what_an_object_is_called_is_no_feature():

@@ -1,4 +1,4 @@
-"""How a place is reached: "approach the tray from above", "wait on its left".
+"""How the goal is reached: "approach the tray from above", "come straight down".
 
 It is read before anybody reads the rest, and its words become blanks, so that all other words keep their places.
 """

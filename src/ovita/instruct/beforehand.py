@@ -17,7 +17,7 @@ from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
 
-def put_plainly(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
+def with_landmarks(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
     """An utterance without slips of the tongue, with waypoints for features of the path, and what was taken for what.
 
     Args:

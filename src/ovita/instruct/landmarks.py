@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ovita.instruct.chunks import chunks
+from ovita.instruct.numerals import NUMBER_WORDS
 from ovita.paths.geometry import runs
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length, interpolate
@@ -48,9 +49,8 @@ def on_axes(text: str, scene: Scene) -> tuple[str, str]:
 
 NUMBERS = {word: i for i, word in enumerate("first second third fourth fifth sixth seventh eighth ninth tenth".split())}
 NUMBERS |= {"1st": 0, "2nd": 1, "3rd": 2, "4th": 3, "5th": 4, "last": -1, "final": -1}
-COUNTS = {word: i for i, word in enumerate("one two three four five six seven eight nine ten".split(), 1)}
 HIGHER = {"top": 1.0, "upper": 1.0, "highest": 1.0, "bottom": -1.0, "lower": -1.0, "lowest": -1.0}
-"""Which of several is meant: its index, how many, or the sign of its height."""
+"""Which of several is meant: its index, or the sign of its height."""
 
 EXTREMES = {
     **dict.fromkeys(("highest", "topmost", "uppermost", "top", "peak", "apex", "summit", "crest"), "up"),
@@ -59,7 +59,7 @@ EXTREMES = {
 }  # fmt: skip
 """Words for the outermost point of a path, and the direction in which it is."""
 
-_NTH, _COUNT = "|".join(NUMBERS), rf"(?:\d+|{'|'.join(COUNTS)})"
+_NTH, _COUNT = "|".join(NUMBERS), r"(?:\d+|one|two|three|four|five|six|seven|eight|nine|ten)"
 _OWN = r"(?:path|trajectory|route|way|run|flight|trip|motion|movement|arc|curve|bow|loop|swing|climb|lift)"
 _EXTREME = re.compile(
     r"\b(?P<link>at|after|past|before|until|till|from|near|around|over|when|where|while|lower|raise|lift|drop) "
@@ -86,12 +86,17 @@ _OUT = re.compile(
     r"|out(?:bound|ward) (?:\w+ )?(?:trip|leg|way|flight|run|journey|stretch)))\b(?! to\b)",
     re.IGNORECASE,
 )
-_ROW = "(?:row|lane|strip|swath|stroke|pass|line|leg|corridor|aisle|straight)"
-_NO_UNIT = r"(?! ?(?:%|c?m\b|mm\b|m/s|(?:centi|milli)?met(?:er|re)|sec|in\b|inch|f(?:oo|ee)?t\b|per ?cent|times))"
+_ROW = "(?:row|lane|strip|swath|stroke|corridor|aisle)"
+_STRAIGHT = f"(?:{_ROW}|pass|line|leg|straight)"
+"""What is a row wherever it is said, and what only behind "the", "in" and the like: not "first pass the cup"."""
+_NO_UNIT = r"(?!\.\d| ?(?:%|c?m\b|mm\b|m/s|(?:centi|milli)?met(?:er|re)|sec|in\b|inch|f(?:oo|ee)?t\b|per ?cent|times))"
 _ROWS = re.compile(
-    rf"\b(?:the )?(?:(?P<nth>{_NTH}|middle|{'|'.join(HIGHER)}) (?:(?P<count>{_COUNT}) {_ROW}e?s|{_ROW})"
-    rf"|{_ROW}e?s? (?P<one>{_COUNT})(?:(?P<to> to | through |-)(?P<two>{_COUNT}))?)\b{_NO_UNIT}"
-    rf"|\b(?:all (?:of )?)?the (?:rows|lanes|strips|swaths|strokes)\b",
+    r"\b(?P<the>the |(?<=\bin )|(?<=\bon )|(?<=\balong ))?(?:"
+    rf"(?P<nth>{_NTH}|middle|{'|'.join(HIGHER)}) (?:(?P<count>{_COUNT}) )?(?(the){_STRAIGHT}|{_ROW})(?(count)e?s)"
+    rf"(?! {_COUNT}\b{_NO_UNIT})"
+    rf"|(?(the){_STRAIGHT}|{_ROW})e?s? (?P<one>{_COUNT})(?:(?: to | through |-)(?P<two>{_COUNT}))?"
+    rf")\b{_NO_UNIT}"
+    r"|\b(?:all (?:of )?)?the (?:rows|lanes|strips|swaths|strokes)\b",
     re.IGNORECASE,
 )
 _LEFT_OUT = re.compile(
@@ -124,10 +129,11 @@ def by_feature(text: str, scene: Scene, positions: Array | None) -> tuple[str, s
         nonlocal text
         text = pattern.sub(waypoints, text)
 
-    halts = any(chunk.kind in HALTING for chunk in chunks(text, scene, positions)[0])
     put(_BACK, lambda _: path.home(back=True))
     put(_OUT, lambda _: path.home(back=False))
-    put(_EXTREME, lambda found: path.extreme(found["which"].lower(), found["link"].lower(), halts))
+    if _EXTREME.search(text):
+        halts = any(chunk.kind in HALTING for chunk in chunks(text, scene, positions)[0])
+        put(_EXTREME, lambda found: path.extreme(found["which"].lower(), found["link"].lower(), halts))
     put(_BETWEEN, lambda _: path.between_stops())
     put(_STOP, lambda found: path.stop((found["nth"] or "only").lower(), found["link"].lower()))
     put(_ROWS, path.rows, tell=True)
@@ -242,7 +248,7 @@ class _Features:
 
 
 def _count(said: str) -> int:
-    return COUNTS.get(said.lower()) or int(said)
+    return int(NUMBER_WORDS.get(said.lower()) or said)
 
 
 LEVEL, AROUND = 0.05, 0.25

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.beforehand import goes_past, heard_apart, put_plainly, stands, tells
+from ovita.instruct.beforehand import goes_past, heard_apart, stands, tells, with_landmarks
 from ovita.instruct.chunks import DOING, Chunk, chunks
 from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, asked, contradictions
 from ovita.instruct.degrees import extent_of
@@ -133,7 +133,7 @@ def understand(
     """
     positions = None if trajectory is None else trajectory.positions
     said = text
-    text, taken = put_plainly(said, scene, positions)
+    text, taken = with_landmarks(said, scene, positions)
     found = _with_the_rest(text, scene, positions, before) or _understood(
         text, scene, positions, before, quick=quick and not taken
     )
@@ -164,11 +164,11 @@ def otherwise(
         refused: The frames of the readings that were not meant.
     """
     positions = trajectory.positions
-    text, _ = put_plainly(text, scene, positions)
+    text, _ = with_landmarks(text, scene, positions)
     said, _ = chunks(text, scene, positions)
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
-        found = in_units(one, said, positions)
+        found = at_each(in_units(one, said, positions), said)
         found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
@@ -284,7 +284,7 @@ def overheard(
     from ovita.instruct.feedback import retrospect
     from ovita.instruct.looking_back import Hearing, in_excess
 
-    text, _ = put_plainly(text, scene, positions)
+    text, _ = with_landmarks(text, scene, positions)
     said, _ = chunks(text, scene, positions)
     found = retrospect(text, scene, before, positions, instruction)
     edits = in_excess(in_units(found.reading, said, positions).edits, said, before)

@@ -136,7 +136,8 @@ def at_each(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
         made += _at_each_of(frame, _listed_with(frame, reading, said)) if isinstance(frame, F.Wait) else [frame]
     if len(made) == len(reading.frames):
         return reading
-    read = {chunk.text for chunk in said if chunk.kind == "OBJ"}
+    places = {frame.place for frame in made if isinstance(frame, F.Wait)}
+    read = {chunk.text for chunk in said if chunk.kind == "OBJ" and places.issuperset(chunk.names)}
     return replace(reading, frames=tuple(made), unread=tuple(word for word in reading.unread if word not in read))
 
 

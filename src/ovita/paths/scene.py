@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ovita.errors import SceneError, UnknownObject
-from ovita.paths.geometry import Cuboid, closest_to_point, extent
+from ovita.paths.geometry import Cuboid, closest_to_point, extent, is_level
 from ovita.paths.trajectory import Array, Trajectory, interpolate
 from ovita.text import listed, point
 
@@ -271,8 +271,8 @@ class SceneObject:
 
         Past a wall or a pole the way to its centre leads along it; the line or the plate in its middle is straight
         ahead. An object is wide that is much longer than it is thick, and than the path is from its surface. Of an
-        upright one that is taller than a level path is high, it is the upright line in its middle: a path on the floor
-        passes a door at its own height.
+        upright one that a level path passes at its height, it is the upright line in its middle: a path on the floor
+        passes a door there, and not a metre below its centre.
         """
         centre = Cuboid(self.position, self.rotation, np.zeros(3))
         if self.dimensions is None:
@@ -282,8 +282,8 @@ class SceneObject:
         if gap > 0.0 and float(self.size.max()) > WIDE * max(thickness, gap):
             return replace(centre, half=inner)
         upright = np.abs(self.rotation[2]) > UPRIGHT
-        rise = path[:, 2] - self.position[2]
-        level = float(np.ptp(rise)) == 0.0 and upright.any() and abs(rise[0]) <= float(self.size[upright][0]) / 2.0
+        beside = bool((np.abs(path[:, 2] - self.position[2]) <= self.size[upright].sum() / 2.0).all())
+        level = beside and bool(upright.any()) and is_level(path, np.array([0.0, 0.0, 1.0]))
         return replace(centre, half=np.where(upright, inner, 0.0)) if level else centre
 
     def assumed_edge(self, path: Array, keep: float, edge: float = DEFAULT_SIZE) -> float:

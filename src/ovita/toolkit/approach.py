@@ -66,8 +66,8 @@ def closer(
     edge.
 
     Args:
-        obj: Object or point (3,) [m], whose centre counts, or of a wide object the middle of its body; without
-            dimensions it is a cube of 5 cm, or less where the path passes so near.
+        obj: Object or point (3,) [m], whose centre counts; of a wide object, and of an upright one beside a level
+            path, the middle of its body. Without dimensions it is a cube of 5 cm, or less where the path is so near.
         by: [m], >= 0.
         reach: [m], > 0; by default half of the spread of the waypoints' distances.
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
@@ -122,7 +122,7 @@ def farther(
     follow, over 3 times the shift at its edge.
 
     Args:
-        obj: Object or point (3,) [m]; distances are to its centre, or of a wide object to the middle of its body.
+        obj: Object or point (3,) [m]; distances are to its centre, or as for closer to the middle of its body.
         by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
         reach: [m], > 0; by default 3 times `by`, or as far as the nearest quarter of the path, but no less than 1.125
