@@ -22,8 +22,8 @@ from realised import setting
 from ovita.instruct import frames as F
 from ovita.instruct.edits import Also
 from ovita.instruct.looking_back import EVEN, GROUNDS, Hearing, Retrospect, ways
-from ovita.instruct.referee import overheard
 from ovita.instruct.rules import reader
+from ovita.instruct.understanding import overheard
 
 RIDGE = 1.0
 WEIGHTS = {"feedback": 1.0, "first requests": 0.4, "improper": 0.3}

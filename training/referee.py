@@ -27,8 +27,9 @@ from ovita.instruct.frames import Reading
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
 from ovita.instruct.numerals import written_out
-from ovita.instruct.referee import POINTS, both_readings, in_units
+from ovita.instruct.referee import POINTS, both_readings
 from ovita.instruct.rules import read
+from ovita.instruct.understanding import in_units
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request

@@ -9,7 +9,7 @@ from ovita.augment.wording import NotOffered, draw, families_from, grammar, sent
 from ovita.errors import RequestError
 from ovita.instruct import notation
 from ovita.instruct.meaning import same
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 
 
 def test_what_the_grammar_says_is_read_as_what_was_drawn():

@@ -6,7 +6,7 @@ import pytest
 from ovita import Scene, SceneObject, adapt
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 

@@ -8,7 +8,7 @@ from unusual_requests import UNUSUAL
 
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.policy.reading import parse as parse_policy

@@ -7,7 +7,7 @@ import pytest
 
 from ovita import Scene, SceneObject, Session, Trajectory, adapt
 from ovita.instruct.notation import show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 from ovita.toolkit import keep_distance, ramp_speed, slow_turns
 
 

@@ -13,8 +13,8 @@ from ovita.instruct.feedback import read_feedback
 from ovita.instruct.frames import Quantity, from_json, to_json
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
-from ovita.instruct.referee import feedback as refereed
 from ovita.instruct.rules import read
+from ovita.instruct.understanding import feedback as refereed
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
 from ovita.policy import Parameter

@@ -9,7 +9,7 @@ import pytest
 from ovita.chain import adapt
 from ovita.instruct.landmarks import by_feature, on_axes
 from ovita.instruct.notation import show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request

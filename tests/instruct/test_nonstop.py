@@ -6,7 +6,7 @@ from ovita import Scene, SceneObject
 from ovita.instruct.beforehand import heard_apart
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 
 SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase", [0.9, 0.1, 0.1], [0.1] * 3)))
 

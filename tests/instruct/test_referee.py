@@ -7,15 +7,16 @@ from click.testing import CliRunner
 
 from ovita.cli.main import cli
 from ovita.instruct import frames as F
-from ovita.instruct import notation, referee
+from ovita.instruct import notation, understanding
 from ovita.instruct.chunks import chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.frames import Reading
 from ovita.instruct.meaning import same
-from ovita.instruct.referee import judged, understand
+from ovita.instruct.referee import judged
 from ovita.instruct.rules import read
 from ovita.instruct.slots import TRAINED
 from ovita.instruct.together import contrasted, settled
+from ovita.instruct.understanding import understand
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
@@ -72,7 +73,7 @@ def test_the_network_alone_is_done_only_where_it_is_sure():
 
 
 def test_a_short_plain_sentence_needs_no_network(monkeypatch):
-    monkeypatch.setattr(referee, "learned_reader", lambda: pytest.fail("the network was asked"))
+    monkeypatch.setattr(understanding, "learned_reader", lambda: pytest.fail("the network was asked"))
     assert understand("slow down near the cup", SCENE, quick=True).outcome == "do"
 
 
@@ -164,7 +165,7 @@ def test_the_command_shows_words_readings_and_verdict():
 
 
 def test_a_kind_of_request_that_the_network_was_not_trained_on_is_read_by_the_rules_alone(monkeypatch):
-    monkeypatch.setattr(referee, "TRAINED", tuple(name for name in TRAINED if name != "hop"))
+    monkeypatch.setattr(understanding, "TRAINED", tuple(name for name in TRAINED if name != "hop"))
     found = understand("hop over the box, 8 cm clear", SCENE)
     assert (found.by, found.learned) == ("rules", None)
     assert notation.show(found.reading.frames) == "hop box by=8cm"
@@ -339,7 +340,7 @@ def test_what_is_refused_is_read_otherwise_and_never_as_what_is_denied():
     text = "past the cup without lingering, and slower near the box"
     refused = [understand(text, SCENE, path).reading.frames]
     for _ in range(4):
-        found = referee.otherwise(text, SCENE, path, refused)
+        found = understanding.otherwise(text, SCENE, path, refused)
         if found.outcome == "decline":
             break
         assert found.outcome == "needs_confirmation" and found.reading.frames not in refused

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from ovita.instruct.frames import Reading
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
 from ovita.instruct.rules import read
+from ovita.instruct.understanding import understand
 from ovita.paths.scene import Scene, SceneObject
 
 NAMES = ("cup", "box", "lamp")

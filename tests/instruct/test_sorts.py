@@ -6,7 +6,7 @@ from ovita import Scene, SceneObject
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 
 
 def scene_of(*names):

@@ -5,7 +5,7 @@ import pytest
 
 from ovita import Scene, SceneObject, accept, adapt
 from ovita.instruct.notation import parse, show
-from ovita.instruct.referee import understand
+from ovita.instruct.understanding import understand
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
 from ovita.toolkit.speed import dwell

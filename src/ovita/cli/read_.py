@@ -35,7 +35,7 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     """
     from ovita.instruct import notation
     from ovita.instruct.chunks import chunks
-    from ovita.instruct.referee import understand
+    from ovita.instruct.understanding import understand
 
     task = shipped_task() if scene_file is None else load_bare(scene_file) or open_task(scene_file)
     earlier = notation.parse(before, task.scene.names)

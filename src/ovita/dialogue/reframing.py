@@ -40,7 +40,7 @@ from ovita.instruct.frames import (
 )
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.looking_back import EVEN
-from ovita.instruct.referee import feedback as refereed
+from ovita.instruct.understanding import feedback as refereed
 from ovita.measure import compare
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical

@@ -27,7 +27,8 @@ from ovita.instruct.frames import (
 from ovita.instruct.lexicon import term_at
 from ovita.instruct.meaning import same
 from ovita.instruct.numerals import amount_at
-from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding, understand
+from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding
+from ovita.instruct.understanding import understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 from ovita.sources.heights import HeightTold, height_in

@@ -2,7 +2,7 @@
 
     writer 1 -> policy -> run -> judge -> repair ... -> writer 2 -> ... -> the best of what there is
 
-The built-in writer needs no key and no network: readers, a referee (`instruct.referee`), and policies from the frames.
+The built-in writer needs no key and no network: readers, a referee (`instruct.understanding`, `instruct.referee`), and policies from the frames.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ class BuiltinWriter:
 
 def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, ...], ...]) -> Reply:
     """What the referee's verdict on the instruction comes to."""
-    from ovita.instruct.referee import otherwise, understand
+    from ovita.instruct.understanding import otherwise, understand
 
     if refused:
         verdict = otherwise(request.instruction, request.scene, request.trajectory, refused)
