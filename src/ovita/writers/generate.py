@@ -2,7 +2,8 @@
 
     writer 1 -> policy -> run -> judge -> repair ... -> writer 2 -> ... -> the best of what there is
 
-The built-in writer needs no key and no network: readers, a referee (`instruct.understanding`, `instruct.referee`), and policies from the frames.
+The built-in writer needs no key and no network: two readers and a referee (`instruct.understanding`), and policies from
+the frames.
 """
 
 from __future__ import annotations
