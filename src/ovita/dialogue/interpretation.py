@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ovita.dialogue.history import Kind
@@ -51,3 +51,13 @@ class Feedback:
         """The unread words, where they hold an amount or are several."""
         words = self.reading.unread
         return words if len(words) > 1 or any(amount_at(w.split(), 0) is not None for w in words) else ()
+
+
+def frames_in(turns: Sequence[Adaptation]) -> tuple[SemanticFrame, ...]:
+    """The frames of some turns, in order."""
+    return tuple(frame for turn in turns for frame in turn.frames)
+
+
+def numbers_of(turn: Adaptation) -> dict[str, float]:
+    """The parameters of a turn that are numbers."""
+    return {p.name: p.value for p in turn.parameters if isinstance(p.value, int | float)}

@@ -11,21 +11,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ovita.chain import adapt, rerun, to_confirm
+from ovita.dialogue.doubts import doubted, gives_up_more
 from ovita.dialogue.history import ROOT, History, Kind, Situation
-from ovita.dialogue.interpretation import Feedback, Interpretation
+from ovita.dialogue.interpretation import Feedback, Interpretation, frames_in, numbers_of
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
 from ovita.dialogue.pointing import with_both, with_name, with_place, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
-from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Set
+from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
@@ -39,7 +39,6 @@ from ovita.instruct.frames import (
     with_selection,
 )
 from ovita.instruct.lexicon import sorts_of
-from ovita.instruct.looking_back import EVEN
 from ovita.instruct.understanding import feedback as refereed
 from ovita.measure import compare
 from ovita.paths.part import PathPart
@@ -48,7 +47,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy import Parameter
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
-from ovita.text import number, sentence
+from ovita.text import sentence
 from ovita.writers.base import PolicyWriter, WriterInfo
 from ovita.writers.generate import FramesWriter
 
@@ -63,12 +62,6 @@ PLACING = ("at", "radius", "share", "of", "other", None)
 
 Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
 """Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
-
-FURTHER = frozenset("also n plus too besides".split())
-"""Words at the beginning with which something more is asked for."""
-
-FAR = 3.0
-"""How many times as much, or as little, a bare number among unknown words may ask for without being shown first."""
 
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
@@ -113,7 +106,7 @@ def back_first(said: str, state: DialogueState) -> tuple[str, str]:
 
     "Undo that and go left by 0.1", "forget everything and just go slower".
     """
-    scene, frames = state.now.scene, _frames_of(state._results)
+    scene, frames = state.now.scene, frames_in(state._results)
     found, _ = chunks(said, scene, state.current.positions)
     pause = next((chunk for chunk in found[1:] if chunk.kind in ("and", "comma", "dot")), None)
     if pause is None or not state._results:
@@ -196,7 +189,7 @@ class DialogueState:
             said = with_place(said, changed[0].words(), self.now.scene)
         elif len(there) == 1:
             said = with_place(said, f"at the {there[0].name}", self.now.scene)
-        everything = [name for frame in _frames_of(self._results) for name in frame_objects(frame)]
+        everything = [name for frame in frames_in(self._results) for name in frame_objects(frame)]
         said = with_both(said, [*dict.fromkeys(everything)][-2:], self.now.scene)
         names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
         return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
@@ -225,7 +218,7 @@ class DialogueState:
 
     def _named_earlier(self, said: str) -> int:
         """1 if it names earlier changes only, 2 if the last too, else 0."""
-        everything = _frames_of(self._results)
+        everything = frames_in(self._results)
         named = named_frames(said, self.now.scene, everything)
         old = [i for i in named if i < len(everything) - len(self._results[-1].frames)]
         return 0 if not old else 1 if old == named else 2
@@ -335,13 +328,13 @@ class DialogueState:
         reading = Reading(frames=frames) if frames else self._read(said)
         if not _is_certain(reading) or not all(result.frames for result in self._results):
             return None
-        everything = (*_frames_of(self._results), *reading.frames)
+        everything = (*frames_in(self._results), *reading.frames)
         result = self._adapt(self._transcript(said), self.now.original, everything)
         return result if result.usable or result.proposal is not None else None
 
     def _followed(self, feedback: Feedback, on: FeedbackOn) -> Interpretation:
         """What feedback does: a step back or forth, an answer, or the last turn's frames realised again."""
-        if self._gives_up_more(feedback):
+        if gives_up_more(feedback, self._results):
             feedback = replace(feedback, reading=Reading(question=WHAT_GOES))
         if feedback.reading.question:
             return self._asking(feedback)
@@ -362,64 +355,22 @@ class DialogueState:
             return self._noted(feedback, last, self._rerun(last, values or {}), "knobs")
         return self._edited(feedback, edits, after, on)
 
-    def _gives_up_more(self, feedback: Feedback) -> bool:
-        """Whether all of some turns would be taken back though the words name some of it only, or another change."""
-        back = [edit for edit in feedback.edits if isinstance(edit, Command) and edit.command in ("undo", "restart")]
-        drops = [edit for edit in feedback.edits if isinstance(edit, Drop) and not edit.on]
-        if not (back or drops):
-            return False
-        frames = _frames_of(self._results)
-        kept = _frames_of(self._results[: feedback.first if drops else len(self._results) - 1])
-        begin = 0 if back and back[0].command == "restart" else len(kept)
-        named = {*named_frames(feedback.said, self.now.scene, frames)}
-        return bool(named) and named != {*range(begin, len(frames))}
-
     def _shown_first(self, feedback: Feedback, found: Interpretation) -> Interpretation:
         """What feedback comes to, as a proposal where words are left over or a number is odd."""
         if found.kind is None or found.goto is not None or not found.result.usable:
             return found
-        unread, doubt = feedback.left_over, self._odd_number(feedback, found.result)
-        doubt = doubt if feedback.reading.confidence >= EVEN else doubt or "Something else may be meant."
+        unread, doubt = feedback.left_over, doubted(feedback, self._results[-1:], found.result)
         if not (unread or doubt):
             return found
         asking = to_confirm(found.result, unread, (doubt,) if doubt else ())
         return replace(found, result=replace(asking, adapted=self.current))
-
-    def _odd_number(self, feedback: Feedback, result: Adaptation) -> str:
-        """Why a number that sets an amount may mean something else, as a sentence: "the cup is 4 cm tall"."""
-        edit = feedback.edits[0] if len(feedback.edits) == 1 else None
-        if not isinstance(edit, Set):
-            return ""
-        asked = edit.quantity.value
-        said, _ = chunks(feedback.said, self.now.scene, self.current.positions)
-        after_never = [b.q.value for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
-        about = {name for frame in (*feedback.frames, *result.frames) for name in frame.named}
-        things = [chunk for chunk in said if chunk.kind == "OBJ"]
-        grounds = (
-            (bool(said) and said[0].text.lower() in FURTHER, "It may be a further change."),
-            (asked in after_never, f"{number(asked)} is what it should not be."),
-            (not all(about & {*c.names} for c in things), "It may be about the object, not about the change."),
-            (feedback.said.rstrip().endswith("?"), "It is a question."),
-        )
-        return next((why for speaks, why in grounds if speaks), self._far(said, result))
-
-    def _far(self, said: Sequence[Chunk], result: Adaptation) -> str:
-        """That a bare number among unknown words is far from what it was, or ""."""
-        if any(chunk.q is not None and chunk.q.unit for chunk in said) or all(c.kind != "unknown" for c in said):
-            return ""
-        before = _numbers(self._results[-1])
-        for name, new in _numbers(result).items():
-            old = before.get(name)
-            if old and new and not 1 / FAR <= abs(new / old) <= FAR:
-                return f"{number(new)} is far from what it was."
-        return ""
 
     def _without(self, feedback: Feedback, turn: int) -> Interpretation:
         """All turns but one, on the original."""
         kept = [result for i, result in enumerate(self._results) if i != turn]
         if not kept:
             return self._taken_back(feedback, len(self.history.path()))
-        result = self._adapt(_joined([one.instruction for one in kept]), self.now.original, _frames_of(kept))
+        result = self._adapt(_joined([one.instruction for one in kept]), self.now.original, frames_in(kept))
         return self._noted(feedback, None, result, "said", "original")
 
     def _edited(
@@ -430,7 +381,7 @@ class DialogueState:
         if not after:
             return self._taken_back(feedback, sum(count for _, count in self.history.turns()[feedback.first :]))
         if on == "original" or len(earlier) < len(self._results) - 1:
-            result = self._adapt(self._transcript(feedback.said), self.now.original, (*_frames_of(earlier), *after))
+            result = self._adapt(self._transcript(feedback.said), self.now.original, (*frames_in(earlier), *after))
             return self._noted(feedback, last, result, "said", "original")
         if all(isinstance(edit, Also) for edit in edits) and not _keeps_ends(edits):
             added = after[len(feedback.frames) :]
@@ -439,13 +390,13 @@ class DialogueState:
             tuned = scaled(edits[0], feedback.frames, last.parameters)
             if tuned:
                 result = self._rerun(last, tuned)
-                between = self._halfway(feedback.said, _numbers(result)) if _in_between(feedback.said) else {}
+                between = self._halfway(feedback.said, numbers_of(result)) if _in_between(feedback.said) else {}
                 return self._noted(feedback, last, self._rerun(result, between) if between else result, "knobs")
         if all(isinstance(edit, Rescale | Set) for edit in edits):
             result = self._adapt(last.instruction, last.original, after)
             stated = any(isinstance(edit, Set) or (isinstance(edit, Rescale) and edit.factor) for edit in edits)
             halfway = (
-                {} if stated and not _in_between(feedback.said) else self._halfway(feedback.said, _numbers(result))
+                {} if stated and not _in_between(feedback.said) else self._halfway(feedback.said, numbers_of(result))
             )
             return self._noted(feedback, last, self._rerun(result, halfway) if halfway else result, "knobs")
         words = _joined([last.instruction, feedback.said], "; ")
@@ -456,7 +407,7 @@ class DialogueState:
         steps = self.history.in_force
         if len(steps) < 2 or steps[-1].kind != "knobs":
             return {}
-        old, now = (_numbers(step.adaptation) for step in steps[-2:])
+        old, now = (numbers_of(step.adaptation) for step in steps[-2:])
         least = 0.0 if _in_between(said) else -1e-9
         back = [k for k in new.keys() & old.keys() & now.keys() if (new[k] - old[k]) * (now[k] - old[k]) <= least]
         middle = {k: (old[k] + now[k]) / 2.0 for k in back if now[k] != old[k]}
@@ -571,10 +522,6 @@ def _called(name: str) -> frozenset[str]:
     return sorts_of(words) | {words[-1]}
 
 
-def _frames_of(results: Sequence[Adaptation]) -> tuple[SemanticFrame, ...]:
-    return tuple(frame for result in results for frame in result.frames)
-
-
 def _realised(results: Sequence[Adaptation]) -> tuple[tuple[SemanticFrame, ...], dict[str, Quantity]]:
     """The frames of turns, and what was realised for them; of other writers' turns by their parameters."""
     frames: list[SemanticFrame] = []
@@ -604,11 +551,6 @@ def _took(said: str, meaning: str) -> str:
 
 def _noting(result: Adaptation, taken: str) -> Adaptation:
     return replace(result, taken=taken, explanation=f"{sentence(taken)}\n{result.explanation}")
-
-
-def _numbers(result: Adaptation) -> dict[str, float]:
-    """The parameters that are numbers."""
-    return {p.name: p.value for p in result.parameters if isinstance(p.value, int | float)}
 
 
 def _meaning(before: Adaptation | None, result: Adaptation) -> str:

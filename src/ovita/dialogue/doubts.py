@@ -1,0 +1,73 @@
+"""Why feedback may mean something else than it was taken for: odd numbers, and giving up more than it names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from ovita.dialogue.interpretation import Feedback, frames_in, numbers_of
+from ovita.instruct.chunks import Chunk, chunks
+from ovita.instruct.edits import Command, Drop, Set
+from ovita.instruct.feedback import named_frames
+from ovita.instruct.looking_back import EVEN
+from ovita.result import Adaptation
+from ovita.text import number
+
+FURTHER = frozenset("also n plus too besides".split())
+"""Words at the beginning with which something more is asked for."""
+
+FAR = 3.0
+"""How many times as much, or as little, a bare number among unknown words may ask for without being shown first."""
+
+
+def gives_up_more(feedback: Feedback, turns: Sequence[Adaptation]) -> bool:
+    """Whether all of some turns would be taken back though the words name some of it only, or another change."""
+    back = [edit for edit in feedback.edits if isinstance(edit, Command) and edit.command in ("undo", "restart")]
+    drops = [edit for edit in feedback.edits if isinstance(edit, Drop) and not edit.on]
+    if not (back or drops):
+        return False
+    frames = frames_in(turns)
+    kept = frames_in(turns[: feedback.first if drops else len(turns) - 1])
+    begin = 0 if back and back[0].command == "restart" else len(kept)
+    named = {*named_frames(feedback.said, turns[-1].scene, frames)} if turns else set()
+    return bool(named) and named != {*range(begin, len(frames))}
+
+
+def doubted(feedback: Feedback, before: Sequence[Adaptation], result: Adaptation) -> str:
+    """Why what feedback comes to should be shown first, as a sentence; "" where nothing speaks against it.
+
+    Args:
+        feedback: As it was read.
+        before: The turn that it is about, if there is one.
+        result: What comes of it.
+    """
+    edit = feedback.edits[0] if len(feedback.edits) == 1 else None
+    doubt = _odd_number(feedback, edit, before, result) if isinstance(edit, Set) else ""
+    return doubt or ("" if feedback.reading.confidence >= EVEN else "Something else may be meant.")
+
+
+def _odd_number(feedback: Feedback, edit: Set, before: Sequence[Adaptation], result: Adaptation) -> str:
+    """Why a number that sets an amount may mean something else: "the cup is 4 cm tall"."""
+    asked = edit.quantity.value
+    said, _ = chunks(feedback.said, result.scene, result.original.positions)
+    after_never = [b.q.value for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
+    about = {name for frame in (*feedback.frames, *result.frames) for name in frame.named}
+    things = [chunk for chunk in said if chunk.kind == "OBJ"]
+    grounds = (
+        (bool(said) and said[0].text.lower() in FURTHER, "It may be a further change."),
+        (asked in after_never, f"{number(asked)} is what it should not be."),
+        (not all(about & {*c.names} for c in things), "It may be about the object, not about the change."),
+        (feedback.said.rstrip().endswith("?"), "It is a question."),
+    )
+    return next((why for speaks, why in grounds if speaks), _far(said, before, result))
+
+
+def _far(said: Sequence[Chunk], before: Sequence[Adaptation], result: Adaptation) -> str:
+    """That a bare number among unknown words is far from what it was, or ""."""
+    if any(chunk.q is not None and chunk.q.unit for chunk in said) or all(c.kind != "unknown" for c in said):
+        return ""
+    old = numbers_of(before[-1]) if before else {}
+    for name, new in numbers_of(result).items():
+        if old.get(name) and new and not 1 / FAR <= abs(new / old[name]) <= FAR:
+            return f"{number(new)} is far from what it was."
+    return ""
