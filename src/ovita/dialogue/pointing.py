@@ -9,7 +9,8 @@ from ovita.paths.scene import Scene
 
 _THERE = re.compile(
     r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"
-    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace|shift|move|raise|lift)\b[^.,;!?]*?) "
+    r"|slower|faster|higher|lower|slow down|speed up|closer|speed|pace|shift|move|raise|lift"
+    r"|slow|slowly|fast|quick|quickly|gently|careful|carefully)\b[^.,;!?]*?) "
     r"there\b(?! (?:is|are|was|were)\b)",
     re.IGNORECASE,
 )
@@ -20,6 +21,7 @@ _THAT_PART = re.compile(
 )
 _OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
 _ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b|\b(?:on|for) the rest\b(?! of)", re.IGNORECASE)
+_ON_THE_WAY = re.compile(r"\b(?:on|along|during) (?:the|its|your) way there\b", re.IGNORECASE)
 _HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
 _FROM_THERE = re.compile(r"\bfrom there (?P<on>on(?:wards?)?\b|(?=to\b))", re.IGNORECASE)
 
@@ -34,6 +36,7 @@ def with_place(text: str, place: str, scene: Scene) -> str:
     text = _HOVER.sub("wait", _ELSE.sub(f"everywhere except {place}", text))
     if place.startswith("at the "):
         thing = place.removeprefix("at ")
+        text = _ON_THE_WAY.sub(f"on the way to {thing}", text)
         text = _FROM_THERE.sub(lambda found: f"after {thing}" if found["on"] else f"from {thing} ", text)
     return _THERE.sub(lambda found: f"{found['do']} {place}", text)
 

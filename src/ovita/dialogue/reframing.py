@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,7 +26,7 @@ from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Edit, Rescale, Set
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Restrict, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
@@ -39,7 +40,9 @@ from ovita.instruct.frames import (
     with_selection,
 )
 from ovita.instruct.lexicon import sorts_of
+from ovita.instruct.remarks import NOES
 from ovita.instruct.understanding import feedback as refereed
+from ovita.instruct.understanding import understand
 from ovita.measure import compare
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
@@ -62,6 +65,12 @@ PLACING = ("at", "radius", "share", "of", "other", None)
 
 Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
 """Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
+
+PAUSES = ("and", "comma", "dot")
+"""Classes of what stands between two turns that are said as one."""
+
+SURE = 0.7
+"""How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
 
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
@@ -101,24 +110,75 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
         return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
 
 
-def back_first(said: str, state: DialogueState) -> tuple[str, str]:
-    """A step back that an utterance begins with, and what it asks for after that; "" and all of it elsewhere.
+def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
+    """What an utterance asks for first, and after that; "" and all of it where it is one turn.
 
-    "Undo that and go left by 0.1", "forget everything and just go slower".
+    "Undo that and go left by 0.1", "make that 4 seconds, and slow down there as well": the first is feedback that takes
+    a step back, or that only by itself is read in full.
     """
-    scene, frames = state.now.scene, frames_in(state._results)
-    found, _ = chunks(said, scene, state.current.positions)
-    pause = next((chunk for chunk in found[1:] if chunk.kind in ("and", "comma", "dot")), None)
-    if pause is None or not state._results:
+    if not state._results:
         return "", said
-    first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
-    back = read_feedback(first, scene, frames, state.current.positions)
-    edits = () if back is None or back.unread else back.edits
-    goes = edits and all(isinstance(edit, Command) and edit.command in ("undo", "restart") for edit in edits)
-    goes = goes and not DENYING.issuperset(first.lower().split())  # "no, right" corrects
-    wish = state._read(rest)
-    anew = any(name_of(frame) != "return" for frame in wish.frames)  # "back to how it was" says no more
-    return (first, rest) if goes and anew and _is_certain(wish) else ("", said)
+    said = state.named(said)
+    found, _ = chunks(said, state.now.scene, state.current.positions)
+    whole = _asked_for(said, state)
+    pauses = [
+        chunk
+        for before, chunk in pairwise(found)
+        if chunk.kind in PAUSES and before.kind not in PAUSES and chunk.text != ":"
+    ]
+    for pause in pauses:
+        first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
+        one, two = _asked_for(first, state, feedback=True), _asked_for(rest, state)
+        if _steps_back(one, first) and _asks_anew(rest, state):
+            return first, rest
+        kinds = _kinds(one) | _kinds(two)
+        apart = _kinds(one).isdisjoint(_kinds(two)) and (len(whole) < len(kinds) or _kinds(whole) != kinds)
+        says_more = bool(two) and not any(isinstance(asked, Command) for asked in two)
+        if says_more and apart and _stands_alone(one, first):
+            return first, rest
+    return "", said
+
+
+def _asked_for(said: str, state: DialogueState, *, feedback: bool = False) -> tuple[Edit | SemanticFrame, ...]:
+    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction."""
+    found = state._feedback(said) if said.strip(" ,.") else None
+    if found is not None:
+        sure = found.parameters is None and not found.reading.unread and not found.reading.question
+        return found.edits if sure and found.reading.confidence >= SURE else ()
+    if feedback or not said.strip(" ,."):
+        return ()
+    if not state._offline:
+        wish = state._read(said)
+        return wish.frames if _is_certain(wish) else ()
+    found_ = understand(said, state.now.scene, state.current)
+    return found_.reading.frames if found_.outcome == "do" and not found_.doubts else ()
+
+
+def _kinds(asked: Sequence[Edit | SemanticFrame]) -> set[str]:
+    """What edits and frames are about: amounts are of one kind."""
+    return {"amount" if isinstance(one, Rescale | Set) else type(one).__name__ for one in asked}
+
+
+def _steps_back(asked: Sequence[Edit | SemanticFrame], said: str) -> bool:
+    """Whether edits only take steps back; "no" before something else only corrects."""
+    goes = asked and all(isinstance(one, Command) and one.command in ("undo", "restart") for one in asked)
+    return bool(goes) and not DENYING.issuperset(said.lower().split())
+
+
+def _stands_alone(asked: Sequence[Edit | SemanticFrame], said: str) -> bool:
+    """Whether feedback is a turn by itself: it says how much, where, or what goes, and does not only deny."""
+    words = {*said.lower().replace(",", " ").split()}
+    kinds = Drop if words & {*NOES} else Rescale | Set | Restrict | Drop
+    return bool(asked) and words.isdisjoint(DENIED) and all(isinstance(one, kinds) for one in asked)
+
+
+DENIED = frozenset(("not", "wrong", "don't", "never", "no"))
+
+
+def _asks_anew(said: str, state: DialogueState) -> bool:
+    """Whether an utterance is an instruction; "back to how it was" says no more than a step back."""
+    wish = state._read(said)
+    return _is_certain(wish) and any(name_of(frame) != "return" for frame in wish.frames)
 
 
 def _keeps_ends(edits: Sequence[Edit]) -> bool:

@@ -22,7 +22,7 @@ from ovita.dialogue.history import (
 )
 from ovita.dialogue.interpretation import Interpretation
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
-from ovita.dialogue.reframing import DialogueState, Reader, back_first, respond
+from ovita.dialogue.reframing import DialogueState, Reader, in_turns, respond
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal
@@ -170,9 +170,9 @@ class Session:
             selection,
             {"isolation": self.isolation, "progress": progress, "cancel": cancel},
         )
-        back, rest = back_first(instruction, state)
-        if back:
-            taken = self.say(back).taken
+        first, rest = in_turns(instruction, state)
+        if first:
+            taken = self.say(first).taken
             result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
             return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
         found = respond(instruction, on, state)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -105,6 +106,7 @@ class Scale:
         stretch = min(NEAR_SHARE * self.extent, max(AT_HAND, SOON * self.pace))
         beyond = max(stretch - float(core.half.max()), min(stretch, WIDER * least))
         reach = nice(max(math.hypot(least, beyond), float(few), _alongside(positions, core, apart)))
+        reach = max(reach, nice(_gap(apart, reach)))
         passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
         other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)
         return max(nice(ASIDE * other, up=False), nice(float(few))) if other < reach else reach
@@ -123,6 +125,15 @@ def _alongside(positions: Array, core: Cuboid, apart: Array) -> float:
     beside = along & (apart <= TO_AND_FRO * float(apart.min()))
     return float(apart[beside].max(initial=0.0)) if core.half[longest] > 0.0 else 0.0
 
+
+def _gap(apart: Array, reach: float) -> float:
+    """How far off a path is between two stretches that are near, where it hardly leaves what is near; else 0."""
+    between = [float(apart[b : c + 1].max()) for (_, b), (c, _) in pairwise(runs(apart <= reach))]
+    return max((far for far in between if far <= HARDLY * reach), default=0.0)
+
+
+HARDLY = 1.15
+"""How many times as far off as what is near a path may be between two stretches for all of it to be near."""
 
 TO_AND_FRO = 1.5
 """How many times as far off as the nearest another pass along a long thing is that is near it, too."""

@@ -129,7 +129,11 @@ def apply(
         values: What was realised for slots that the frames leave open, and what a person turned by hand.
     """
     known = tuple(frames)
+    slots = {edit.slot for edit in edits if isinstance(edit, Set)}
     for edit in edits:
+        if slots >= {"at_least", "at_most"} and isinstance(edit, Set) and (twin := _other_bound(edit, known)):
+            known = (*known, twin)
+            continue
         known = _APPLIED[type(edit)](edit, known, dict(values or {}))
         if isinstance(edit, Restrict):  # what is confined to where the same is asked for already is that
             known = tuple(frame for i, frame in enumerate(known) if frame not in known[:i])
@@ -323,6 +327,17 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
         q = replace(_in_place_of(old, edit), role=q.role if stated else old.role)
     frame = put(_with(frames[i], degree=None), name, replace(q, unit="") if q.unit == "turns" else q)
     return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
+
+
+def _other_bound(edit: Set, frames: Frames) -> F.SemanticFrame | None:
+    """A frame with the bound on the other side than the one that stands: "at least 0.1, and at most 0.4"."""
+    i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
+    name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
+    old = frames[i].quantities.get(name) if i is not None else None
+    if i is None or old is None or {old.role, edit.slot} != {"at_least", "at_most"}:
+        return None
+    frame = put(frames[i], name, replace(edit.quantity, role=edit.slot))  # type: ignore[arg-type]
+    return _as_pace(frame, edit.quantity, edit.slot) if isinstance(frame, F.Pace) else frame
 
 
 def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:

@@ -17,7 +17,7 @@ from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS, on_the_way, stop_by
 from ovita.instruct.path_steps import PATH_STEPS
 from ovita.paths.geometry import closest_to_point
-from ovita.paths.part import PathPart, both, outside
+from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.robot import Robot
 from ovita.paths.scene import OPPOSITE, Frame, Scene, SceneObject
 from ovita.paths.trajectory import Array, Trajectory
@@ -40,7 +40,7 @@ RANK = {name: rank for rank, names in enumerate(ORDER) for name in names.split()
 PLACED = (F.Shift, F.Pace, F.Approach, F.Clearance, F.Height, F.Bound, F.Mirror, F.Rotate, F.Resize, F.Smooth, F.Curve)
 """Frames that leave alone what is to stay as it is."""
 
-BLENDED = (F.Keep, F.Shift, F.Pace, F.Mirror, F.Rotate, F.Resize)
+BLENDED = (F.Keep, F.Shift, F.Pace, F.Mirror, F.Rotate, F.Resize, F.Wait)
 """Frames that change nothing outside the part that they are about."""
 
 
@@ -115,7 +115,19 @@ def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.Semanti
             return (_at_its_stop(builder, frame),)
         case F.Hover(by=None):
             return _hovering(builder, frame)
+        case F.Figure(place="", shape="circle" | "eight", part=PathPart(kind="after", places=(str(),))):
+            return (_where_it_is_past(builder, frame),)
     return (frame,)
+
+
+def _where_it_is_past(builder: PolicyBuilder, frame: F.Figure) -> F.SemanticFrame:
+    """A figure after an object as one at the place where the path leaves what is near it."""
+    item, path = builder.scene[frame.part.places[0]], builder.trajectory.positions
+    apart, last = item.core(path).depth(path), len(path) - 1
+    at = int(apart.argmin())
+    clear = np.flatnonzero(apart[at:] > builder.scale.near(path, item))
+    index = at + int(clear[0]) if len(clear) else (at + last) // 2
+    return replace(frame, place=F.Quantity(float(index + 1), "waypoints", "at"), part=WHOLE)
 
 
 def _above_the_bottom(builder: PolicyBuilder, frame: F.Height, level: F.Quantity) -> F.SemanticFrame:
@@ -180,13 +192,15 @@ def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
     return int(np.where(over, aside, np.inf).argmin())
 
 
-def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> int:
+def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
     """When a frame's turn comes; what is straight, or slower at the end, is so on the path that a cut leaves."""
     match frame:
         case F.Pace(amount=F.Quantity(unit="s")):
             return len(ORDER)  # how long the way takes depends on all of it
         case F.Pace() if frame.change != "set" and builder.has(F.StopAt, F.Trim) and _at_the_end(frame.part):
             return len(ORDER)
+        case F.Pace(change="set" | "constant") if not frame.part:
+            return RANK["pace"] - 0.5  # what is said of a part holds there
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
         case F.Straighten() if _is_led_through(frame.part, builder):
@@ -224,7 +238,8 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     told = (frame.part, *frame.part.parts)
-    rest = [left for part in kept if part not in (*told, behind) and (left := outside(part)) not in told]
+    kept = [part for part in kept if part not in (*told, behind, *map(outside, told))]
+    rest = [left for part in kept if (left := outside(part)) not in told]
     parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
 
@@ -296,6 +311,7 @@ def conflicts(frames: Sequence[F.SemanticFrame], axes: Frame) -> Iterator[tuple[
             (isinstance(one, F.Keep) and _kept_from(one, other, axes))
             or _opposed(one, other, axes)
             or _shunned(one, other)
+            or _unbent(one, other)
         ):
             yield one, other
 
@@ -308,6 +324,12 @@ def _shunned(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
         ):
             return least > 0 and not one.part and not _things(one).isdisjoint(_things(other))
     return False
+
+
+def _unbent(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
+    """Whether one makes a part straight that the other bends to and fro."""
+    bent = isinstance(other, F.Figure) and other.shape in ("zigzag", "wave", "shake")
+    return isinstance(one, F.Straighten) and bent and one.part == other.part
 
 
 def _opposed(one: F.SemanticFrame, other: F.SemanticFrame, axes: Frame) -> bool:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
+from ovita.instruct.amended import as_said, halted, in_places, prolonged, spread
 from ovita.instruct.beforehand import goes_past, heard_apart, stands, tells, with_landmarks
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import asked, contradictions
@@ -30,7 +31,7 @@ from ovita.instruct.referee import (
     reads,
 )
 from ovita.instruct.slots import TRAINED
-from ovita.instruct.together import as_said, at_each, contrasted, halted, prolonged, spread, with_units
+from ovita.instruct.together import contrasted, with_units
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import quoted
@@ -105,7 +106,7 @@ def otherwise(
     said, _ = chunks(text, scene, positions)
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
-        found = at_each(in_units(one, said, positions), said)
+        found = in_places(in_units(one, said, positions), said)
         found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
@@ -165,15 +166,15 @@ def _understood(
     rules = in_units(rules, said, positions)
     alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
     if quick and alone and _plain(said) and read_whole(said, rules):
-        rules = at_each(rules, said)
+        rules = in_places(rules, said)
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None or any(name_of(frame) not in TRAINED or _winds(frame) for frame in rules.frames):
-        return judged(said, at_each(rules, said), None)
+        return judged(said, in_places(rules, said), None)
     heard = reader.hear(text, scene, positions, before or None)
     learned = in_units(reader.reading(heard), said, positions)
     weighed: Weighed = {"rules": heard.weigh(items_of(rules)), "learned": heard.weigh(items_of(learned))}
-    return judged(said, at_each(rules, said), at_each(learned, said), weighed)
+    return judged(said, in_places(rules, said), in_places(learned, said), weighed)
 
 
 def _winds(frame: F.SemanticFrame) -> bool:
