@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,7 +25,7 @@ from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Restrict, Set
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
@@ -40,7 +39,6 @@ from ovita.instruct.frames import (
     with_selection,
 )
 from ovita.instruct.lexicon import sorts_of
-from ovita.instruct.remarks import NOES
 from ovita.instruct.understanding import feedback as refereed
 from ovita.instruct.understanding import understand
 from ovita.measure import compare
@@ -65,12 +63,6 @@ PLACING = ("at", "radius", "share", "of", "other", None)
 
 Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
 """Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
-
-PAUSES = ("and", "comma", "dot")
-"""Classes of what stands between two turns that are said as one."""
-
-SURE = 0.7
-"""How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
 
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
@@ -120,59 +112,71 @@ def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
         return "", said
     said = state.named(said)
     found, _ = chunks(said, state.now.scene, state.current.positions)
-    whole = _asked_for(said, state)
-    pauses = [
-        chunk
-        for before, chunk in pairwise(found)
-        if chunk.kind in PAUSES and before.kind not in PAUSES and chunk.text != ":"
-    ]
-    for pause in pauses:
+    whole = _kinds(_asked_for(said, state))
+    for before, pause, after in zip(found, found[1:], found[2:], strict=False):
+        if pause.kind not in PAUSES or before.kind in PAUSES or pause.text == ":" or (before.q and after.q):
+            continue
         first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
-        one, two = _asked_for(first, state, feedback=True), _asked_for(rest, state)
-        if _steps_back(one, first) and _asks_anew(rest, state):
+        if _steps_back(first, state) and _asks_anew(rest, state):
             return first, rest
-        kinds = _kinds(one) | _kinds(two)
-        apart = _kinds(one).isdisjoint(_kinds(two)) and (len(whole) < len(kinds) or _kinds(whole) != kinds)
-        says_more = bool(two) and not any(isinstance(asked, Command) for asked in two)
-        if says_more and apart and _stands_alone(one, first):
+        one, two = (_kinds(_asked_for(text, state)) for text in (first, rest))
+        if one and two and one <= BY_ITSELF and two.isdisjoint(one | {"Command", "Again"}) and whole != one | two:
             return first, rest
     return "", said
 
 
-def _asked_for(said: str, state: DialogueState, *, feedback: bool = False) -> tuple[Edit | SemanticFrame, ...]:
-    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction."""
-    found = state._feedback(said) if said.strip(" ,.") else None
-    if found is not None:
-        sure = found.parameters is None and not found.reading.unread and not found.reading.question
-        return found.edits if sure and found.reading.confidence >= SURE else ()
-    if feedback or not said.strip(" ,."):
+PAUSES = ("and", "comma", "dot")
+"""Classes of what stands between two turns that are said as one."""
+
+BY_ITSELF = frozenset(("amount", "Restrict", "Drop"))
+"""Kinds of feedback that are a turn by themselves before another: how much, where, and what goes."""
+
+SURE = 0.7
+"""How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
+
+
+def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, ...]:
+    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction.
+
+    What is dropped, or only denied, the rules have to read so, too.
+    """
+    if not said.strip(" ,."):
         return ()
+    if (found := state._feedback(said)) is not None:
+        drops = any(isinstance(edit, Drop) for edit in found.edits)
+        sure = found.parameters is None and not found.reading.unread and not found.reading.question
+        sure = sure and not DENIED & {*said.lower().replace(",", " ").split()}
+        sure = sure and (not drops or _by_rules(said, state) == found.edits)
+        return found.edits if sure and found.reading.confidence >= SURE else ()
     if not state._offline:
         wish = state._read(said)
         return wish.frames if _is_certain(wish) else ()
-    found_ = understand(said, state.now.scene, state.current)
-    return found_.reading.frames if found_.outcome == "do" and not found_.doubts else ()
+    verdict = understand(said, state.now.scene, state.current)
+    return verdict.reading.frames if verdict.outcome == "do" and not verdict.doubts else ()
+
+
+DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))
+"""Words with which feedback is corrected, so that it is one turn with what follows."""
+
+
+def _by_rules(said: str, state: DialogueState) -> tuple[Edit, ...]:
+    """The edits of an utterance that the rules read in full as feedback on the last turn."""
+    frames = frames_in(state._results[-1:])
+    found = read_feedback(said, state.now.scene, frames, state.current.positions)
+    return () if found is None or found.unread or found.question else found.edits
 
 
 def _kinds(asked: Sequence[Edit | SemanticFrame]) -> set[str]:
-    """What edits and frames are about: amounts are of one kind."""
-    return {"amount" if isinstance(one, Rescale | Set) else type(one).__name__ for one in asked}
+    """What edits and frames are about: amounts are of one kind, and a further frame is as one of an instruction."""
+    about = [one.frame if isinstance(one, Also) else one for one in asked]
+    return {"amount" if isinstance(one, Rescale | Set) else type(one).__name__ for one in about}
 
 
-def _steps_back(asked: Sequence[Edit | SemanticFrame], said: str) -> bool:
-    """Whether edits only take steps back; "no" before something else only corrects."""
-    goes = asked and all(isinstance(one, Command) and one.command in ("undo", "restart") for one in asked)
-    return bool(goes) and not DENYING.issuperset(said.lower().split())
-
-
-def _stands_alone(asked: Sequence[Edit | SemanticFrame], said: str) -> bool:
-    """Whether feedback is a turn by itself: it says how much, where, or what goes, and does not only deny."""
-    words = {*said.lower().replace(",", " ").split()}
-    kinds = Drop if words & {*NOES} else Rescale | Set | Restrict | Drop
-    return bool(asked) and words.isdisjoint(DENIED) and all(isinstance(one, kinds) for one in asked)
-
-
-DENIED = frozenset(("not", "wrong", "don't", "never", "no"))
+def _steps_back(said: str, state: DialogueState) -> bool:
+    """Whether an utterance only takes steps back; "no" before something else only corrects."""
+    edits = _by_rules(said, state)
+    goes = edits and all(isinstance(one, Command) and one.command in ("undo", "restart") for one in edits)
+    return bool(goes) and not DENYING.issuperset(said.lower().replace(",", " ").split())
 
 
 def _asks_anew(said: str, state: DialogueState) -> bool:

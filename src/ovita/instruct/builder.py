@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import keyword
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, count
@@ -14,10 +15,10 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.limits.problem import from_object
+from ovita.limits.problem import from_object, kind_of
 from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
-from ovita.paths.robot import Robot
+from ovita.paths.robot import UNLIMITED, Robot
 from ovita.paths.scene import DIRECTIONS, Frame, Scene, SceneObject, canonical
 from ovita.paths.trajectory import Array, Trajectory, arc_length, interpolate
 from ovita.policy import Parameter
@@ -89,6 +90,13 @@ class PolicyBuilder:
             return 0.0
         own = 0.0 if item.dimensions is not None else self.robot.object_size / 2.0
         return nice(own + from_object(item, self.robot, "box").keep + SPARE)
+
+    def leeway(self, item: SceneObject) -> float:
+        """How much closer to a person or an animal the path may come [m]; infinite for a thing."""
+        if kind_of(item.name, item.extra) is None:
+            return math.inf
+        body = from_object(item, self.robot or UNLIMITED, "box", self.trajectory.positions)
+        return float(body.closest(self.positions)[0])
 
     def has(self, *kinds: type[SemanticFrame]) -> bool:
         """Whether there are frames of some kinds."""

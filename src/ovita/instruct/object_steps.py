@@ -67,6 +67,8 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
         gap, least = surface_distance(item, builder.positions), GAINS["slight"][1] * builder.scale.extent
         share = min(share, max(MOST_OF * gap, least))
         usual = nice(builder.effort * (builder.step(frame) if frame.degree == "slight" else share))
+        leeway = builder.leeway(item)
+        usual = nice(leeway, up=False) if 0.0 < leeway < usual else usual
         return builder.length(None, _not_too_close(builder, item, usual, gap), f'"closer to {item.name}"')
     shares = {"%": q.value, "x": 1 - (1 / q.value if q.value > 1 else q.value)}
     by = nice(now * shares.get(q.unit, 0.0)) or builder.metres(q, now)
@@ -460,17 +462,41 @@ def _side_gap(builder: PolicyBuilder, item: SceneObject) -> float:
 
 
 def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: float, name: str) -> None:
-    """Bend the path past an object on one side, so far from it; `name` is the parameter of that."""
-    axis, ref = builder.axis(word), builder.ref(item)
-    half = extent(item, axis)
+    """Bend the path past an object on one side, so far from it; `name` is the parameter of that.
+
+    Where a bend would cut through the object, or be a detour, it goes around it by the shortest way there is.
+    """
+    axis, ref, before = builder.axis(word), builder.ref(item), builder.positions
+    half, level = extent(item, axis), _level(builder, item, word)
     plan = f"Bend the path so that it passes {OF[word]} {item.name}, {gap} m from its side; start and goal stay."
-    place = f", {word}={_beyond(name, half)}{_level(builder, item, word)}"
+    place = f", {word}={_beyond(name, half)}{level}"
     there = _nearest_pass(builder, item, axis * (half + gap))
     room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
     within = max(builder.tolerance, room)
+    bent = builder.after(f"go_through(traj, {ref}, {word}={half + gap:g}{level}{there})")
+    if word not in ("up", "down") and builder.moving <= 1:
+        taut = builder.after(f"go_round(traj, {ref}, {word!r}, gap={gap:g})")
+        if _is_better(taut, bent, before, item, gap):
+            beside = item.position + axis * (half + gap)
+            within = max(within, nice(1.1 * closest_to_point(taut, beside)[0]))
+            promise = f"expect_visits({ref}, within={within}{place})"
+            builder.add(f"traj = go_round(traj, {ref}, {word!r}, gap={name})", plan, promise, ends=builder.stay())
+            return
     _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
     if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
         builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
+
+
+def _is_better(taut: Array, bent: Array, before: Array, item: SceneObject, gap: float) -> bool:
+    """Whether a taut way (N, 3) around an object is there, and a bend (N, 3) cuts through it or is a detour."""
+    if np.array_equal(taut, before) or surface_distance(item, taut) < NIPPED * gap:
+        return False
+    through = surface_distance(item, bent) <= 0.0
+    return through or float(arc_length(bent)[-1]) > DETOUR * float(arc_length(taut)[-1])
+
+
+DETOUR = 1.15
+"""How many times as long as the shortest way around an object a bend past it may be."""
 
 
 def _axis_name(axis: Array) -> str:

@@ -30,9 +30,6 @@ FARTHEST = 1 / 3
 BEYOND = 1.25
 """With a radius, "away from" begins at so many radii, so that speeds may change gently at the border."""
 
-AT_ITS_BORDER = 0.1
-"""Share of the mean distance between waypoints by which one may lie outside the first or last so much."""
-
 BEND_SAMPLES = 60
 """Points at which a path is looked at for its bends, evenly along it."""
 
@@ -299,9 +296,7 @@ def _end(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     n, amount, is_first = len(trajectory), part.amount or 0.0, part.kind == "first"
     if part.unit in ("m", "s"):
         along = _measure(trajectory, part.unit)
-        along = along if is_first else along[-1] - along
-        sparse = AT_ITS_BORDER * along.max() / max(n - 1, 1)
-        return np.asarray(along <= amount + sparse + 1e-9)
+        return np.asarray((along if is_first else along[-1] - along) <= amount + 1e-9)
     count = max(1, round(amount * n)) if part.unit == "share" else int(amount)
     return np.asarray((np.arange(n) if is_first else np.arange(n)[::-1]) < count)
 

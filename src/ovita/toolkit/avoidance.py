@@ -1,19 +1,20 @@
-"""Ways that are not to be taken: over an object, under it, or between two."""
+"""Ways that are not to be taken, over an object, under it, or between two, and ways around it on a side."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.geometry import Cuboid, lengths
+from ovita.paths.geometry import Cuboid, fractions, lengths
 from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
-from ovita.toolkit.approach import around
+from ovita.toolkit.approach import around, stays
 from ovita.toolkit.arguments import GENTLE, ROUNDING, Target, followed, smoothstep
 from ovita.toolkit.catalogue import operation
 from ovita.toolkit.ways_around import kept_out
@@ -117,3 +118,135 @@ def _column(target: Target, gap: float, up: Array, tall: float, sense: float) ->
     rise = (tall - half[i]) / 2.0 * abs(sense)
     half[i] = tall if sense == 0.0 else (tall + half[i]) / 2.0
     return replace(body, center=body.center + sense * rise * up, rotation=rotation, half=half)
+
+
+@operation("Objects: come closer, stay away, pass")
+def go_round(
+    traj: ArrayLike, obj: Target, side: str, *, gap: float = 0.1, ease: float | None = None, frame: Frame = RFU
+) -> Array:
+    """Replace the stretch that passes an object by a taut way around it on a side; heights stay.
+
+    It leaves the path and comes back to it where that is shortest and turns least, between the stops on either side. It
+    keeps so far from the object, seen from above. Where no way leads around there, the path stays as it is.
+
+    Args:
+        side: Direction word of the side on which to pass, seen from the object: "left", "right", "front" or "back".
+        gap: How far beside the object, seen from above, it passes at least [m], >= 0.
+    """
+    rows = arguments.waypoints(traj)
+    path, up, aside = rows[:, :3], frame.direction("up"), arguments.direction(frame, side)
+    body = around(obj, arguments.number(gap, "gap", low=0.0))
+    if abs(aside @ up) > ROUNDING:
+        raise ValueError(f"side must be level, not {side!r}: go_through(traj, obj, up=...) passes above it")
+    plane = np.array([np.cross(aside, up), aside])  # seen from above, towards the side
+    flat, outline = path @ plane.T, _outline(body, plane)
+    first, last = _between_stops(rows, int(body.depth(path).argmin()))
+    way = _way_round(flat[first : last + 1], outline, body.center @ plane.T)
+    if way is None:
+        return rows
+    a, b, rope = first + way[0], first + way[1], way[2]
+    count, length = b - a + 1, arc_length(rope)
+    even = np.linspace(0.0, length[-1], count)
+    level = np.column_stack([np.interp(even, length, rope[:, k]) for k in range(2)]) @ plane
+    heights = np.interp(np.linspace(0.0, 1.0, count), fractions(path[a : b + 1]), path[a : b + 1] @ up)
+    moved = path.copy()
+    moved[a + 1 : b] = (level + heights[:, None] * up)[1:-1]
+    return followed(rows, moved, np.ones(len(rows), dtype=bool), arguments.share(ease, "ease"))
+
+
+ROUND = 64
+"""Points with which an outline is drawn."""
+
+CANDIDATES = 32
+"""Places of the path at which a way around an object may leave it or come back to it."""
+
+MOST_ROUND = 0.75
+"""The share of an outline that a way around it follows at most."""
+
+OWN, CORNERS = 0.5, 0.3
+"""What a metre of the path that is left out counts, and a radian of a corner where a way leaves it, in outlines."""
+
+_SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+
+
+def _outline(body: Cuboid, plane: Array) -> Array:
+    """The convex outline (K, 2) [m] of all that is near a body, seen along a plane's normal, counterclockwise."""
+    turns = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
+    ways = np.column_stack([np.cos(turns), np.sin(turns)])
+    corners = (body.center + (_SIGNS * body.half) @ body.rotation.T) @ plane.T
+    outmost = corners[(corners @ ways.T).argmax(axis=0)]
+    return np.asarray(outmost + body.radius / np.cos(np.pi / ROUND) * ways)
+
+
+def _between_stops(rows: Array, nearest: int) -> tuple[int, int]:
+    """The first and the last waypoint of the stretch without a stop that passes an object at a waypoint."""
+    fixed = np.flatnonzero(stays(rows))
+    return int(fixed[fixed <= nearest].max(initial=0)), int(fixed[fixed >= nearest].min(initial=len(rows) - 1))
+
+
+def _way_round(path: Array, outline: Array, centre: Array) -> tuple[int, int, Array] | None:
+    """The best way around an outline on the side of +y: its first and last waypoint, and its corners (C, 2).
+
+    Args:
+        path: (N, 2) [m].
+        outline: Convex, counterclockwise (K, 2) [m].
+        centre: Of the object, (2,) [m].
+    """
+    least, found = np.inf, None
+    for mirror in (np.ones(2), np.array([-1.0, 1.0])):  # past the top against x, then along it
+        corners = outline if mirror[0] > 0.0 else outline[::-1] * mirror
+        for cost, a, b, rope in _ropes(path * mirror, corners):
+            if cost < least and _passes_above(rope, centre * mirror):
+                least, found = cost, (a, b, rope * mirror)
+    return found
+
+
+def _ropes(path: Array, outline: Array) -> Iterator[tuple[float, int, int, Array]]:
+    """Taut ways between places of a path (N, 2) [m] that keep an outline (K, 2) to their left, each with its cost."""
+    inside = (_cross(np.roll(outline, -1, axis=0) - outline, path[:, None] - outline) >= 0.0).all(axis=1)
+    free = np.flatnonzero(~inside)
+    tried = free[np.unique(np.linspace(0, len(free) - 1, CANDIDATES).round().astype(int))] if len(free) else free
+    seen, ahead = outline - path[tried, None], outline.mean(axis=0) - path[tried]
+    angles = np.arctan2(_cross(ahead[:, None], seen), (ahead[:, None] * seen).sum(axis=2))
+    onto, off = angles.argmin(axis=1), angles.argmax(axis=1)  # where a rope touches the outline, and where it leaves it
+    s, size = arc_length(path), float(np.ptp(outline, axis=0).mean())
+    for i, j in combinations(range(len(tried)), 2):
+        a, b = int(tried[i]), int(tried[j])
+        rope = _rope(path[a], path[b], outline, int(onto[i]), int(off[j]))
+        if rope is not None:
+            corners = _turn(path, a, rope[1] - rope[0]) + _turn(path, b, rope[-1] - rope[-2])
+            yield arc_length(rope)[-1] - (1.0 - OWN) * (s[b] - s[a]) + CORNERS * size * corners, a, b, rope
+
+
+def _rope(begin: Array, end: Array, outline: Array, onto: int, off: int) -> Array | None:
+    """A taut way (C, 2) from one point to another with an outline to its left; None if it would wind around it."""
+    if (_cross(end - begin, outline - begin) >= 0.0).all():
+        return np.array([begin, end])
+    count = (off - onto) % len(outline) + 1
+    if count > MOST_ROUND * len(outline):
+        return None
+    return np.vstack([begin, outline[(onto + np.arange(count)) % len(outline)], end])
+
+
+def _turn(path: Array, at: int, way: Array) -> float:
+    """The angle between the path (N, 2) at a waypoint and a way that leaves or meets it there [rad]; 0 at its ends."""
+    if at in (0, len(path) - 1):
+        return 0.0
+    heading = path[at + 1] - path[at - 1]
+    return float(abs(np.arctan2(_cross(heading, way), heading @ way)))
+
+
+def _passes_above(rope: Array, centre: Array) -> bool:
+    """Whether a way (C, 2) crosses the vertical through a point above it, and nowhere below."""
+    aside = rope - centre
+    crossing = np.flatnonzero((aside[:-1, 0] <= 0.0) != (aside[1:, 0] <= 0.0))
+    if not len(crossing):
+        return False
+    one, other = aside[crossing], aside[crossing + 1]
+    heights = one[:, 1] - one[:, 0] * (other[:, 1] - one[:, 1]) / (other[:, 0] - one[:, 0])
+    return bool((heights > 0.0).all())
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """The cross products of plane vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
