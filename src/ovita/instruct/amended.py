@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -18,16 +19,16 @@ def as_said(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F
     """Frames with what neither reader sees.
 
     That is a height below zero, a wait under or beside a thing and not above it, whose distance is multiplied, what
-    holds all along or within the distance that was said, and a way back that is one to the path.
+    holds all along, and a way back that is one to the path.
     """
     kinds = {chunk.kind for chunk in said}
     below = {then.q.value for sign, then in pairwise(said) if sign.kind == "minus" and then.q}
     led = _led_by(said)
     if kinds.isdisjoint(("up", "over", "raise", "rising")):
-        frames = [_at_its_height(frame, led, under="under" in kinds) for frame in frames]
+        frames = [_at_its_height(frame, led) for frame in frames]
     if not kinds.isdisjoint(("multiply", "waypoints")):
         frames = [_multiplied(frame) for frame in frames]
-    frames = _onto_the_path(_as_near(frames), said)
+    frames = _onto_the_path(frames, said)
     return tuple(_below_zero(frame, below) for frame in _all_along(frames, said))
 
 
@@ -42,16 +43,18 @@ def in_places(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
 
 
 def _led_by(said: Sequence[Chunk]) -> dict[str, str]:
-    """The class of the word before each object."""
+    """The class of the word before each object that is named once."""
     row = [chunk for chunk in said if chunk.kind != "filler"]
-    return {name: word.kind for word, thing in pairwise(row) if thing.kind == "OBJ" for name in thing.names}
+    often = Counter(name for chunk in row for name in chunk.names)
+    led = {name: word.kind for word, thing in pairwise(row) if thing.kind == "OBJ" for name in thing.names}
+    return {name: kind for name, kind in led.items() if often[name] == 1}
 
 
-def _at_its_height(frame: F.SemanticFrame, led: Mapping[str, str], *, under: bool) -> F.SemanticFrame:
+def _at_its_height(frame: F.SemanticFrame, led: Mapping[str, str]) -> F.SemanticFrame:
     """To hover under a thing, or beside it, is to wait where the path passes it."""
     if not isinstance(frame, F.Hover) or len(frame.objects) != 1 or frame.by is not None:
         return frame
-    if not under and led.get(frame.objects[0]) not in ("near", "by"):
+    if led.get(frame.objects[0]) not in ("under", "near", "by"):
         return frame
     return F.Wait(place=frame.objects[0], duration=frame.duration, words=frame.words)
 
@@ -78,17 +81,6 @@ def _until_past(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFram
     return frame
 
 
-def _as_near(frames: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Frames in which outside of what is near a thing begins where another frame says that near it ends."""
-    known = {frame.part.places: frame.part for frame in frames if frame.part.kind == "near" and frame.part.amount}
-    return [
-        replace(frame, part=replace(frame.part, parts=(known[frame.part.parts[0].places],)))
-        if frame.part.kind == "outside" and frame.part.parts[0].places in known
-        else frame
-        for frame in frames
-    ]
-
-
 def _all_along(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
     """The one frame of an utterance as all along the path, where its amount stands beside "the whole way"."""
     if len(frames) != 1 or frames[0].part.kind not in ("middle", "first", "last"):
@@ -108,7 +100,8 @@ PLACING = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near",
 def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
     """Frames without the way back to the start where others are to end on the path: "left, then back on course"."""
     row = [chunk for chunk in said if chunk.kind not in ("filler", "on", "in", "to", "for")]
-    onto = any(back.text.lower().split()[-1] in BACK and then.kind in ("path", "goal") for back, then in pairwise(row))
+    ways = [then for back, then in pairwise(row) if back.text.lower().split()[-1] in BACK]
+    onto = any(then.kind in ("path", "goal") and then.text.lower() != "way" for then in ways)
     rest = [frame for frame in frames if not isinstance(frame, F.Return)]
     return rest if onto and rest else frames
 

@@ -428,6 +428,8 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
         return resolved(builder, PathPart(STRETCHES[place], amount=amount, unit="m"))
     if part.amount is not None:
         return part
+    if left_out and (told := next((f.part for f in builder.frames if _is_told(f.part, place)), None)):
+        return told  # "within a metre of it at most 0.4; outside of that as it is"
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
     shifted = _shifts(builder) and not left_out
@@ -436,6 +438,11 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
     there = PathPart("near", (item.name,), reach)
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
+
+
+def _is_told(part: PathPart, place: str) -> bool:
+    """Whether a part says how near a place it is."""
+    return part.kind == "near" and part.places == (place,) and part.amount is not None
 
 
 def _near_without_stays(

@@ -224,8 +224,30 @@ def _hold(
     call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
     if bound == "at_least" and not where:
         builder.distances += [(item, metres, call) for item in items]
-    plan = f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}."
+    plan, before = (
+        f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}.",
+        builder.positions,
+    )
     builder.add(call, plan, *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))
+    if bound == "at_least" and not where:
+        _uncrowd(builder, items, before, metres)
+
+
+def _uncrowd(builder: PolicyBuilder, items: Sequence[SceneObject], before: Array, metres: float) -> None:
+    """Keep clear of others that a way around some objects would come much nearer to, as far as there is room."""
+    for other in builder.scene:
+        gap = surface_distance(other, before)
+        for less in CROWDED if gap > 0.0 and other not in items and not is_support(other) else ():
+            least = nice(less * min(ROOM_LEFT * gap, metres / 2.0), up=False)
+            if surface_distance(other, builder.positions) >= least:
+                break
+            aside = f"keep_distance(traj, {builder.ref(other)}, at_least={least:g})"
+            path = builder.after(aside)
+            kept = all(surface_distance(item, path) >= 0.999 * metres for item in items)
+            if kept and surface_distance(other, path) >= 0.99 * least:
+                builder.add(f"traj = {aside}")
+                builder.assume(f"it stays {least:g} m clear of {other.name} for that")
+                break
 
 
 def _come_within(builder: PolicyBuilder, item: SceneObject, metres: float, bound: str, where: str, part: str) -> None:

@@ -238,10 +238,16 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
     if frame.part and not isinstance(frame, F.Pace):
         kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     told = (frame.part, *frame.part.parts)
-    kept = [part for part in kept if part not in (*told, behind, *map(outside, told))]
+    kept = [part for part in kept if part not in (*told, behind) and not _beside(part, frame.part)]
     rest = [left for part in kept if (left := outside(part)) not in told]
     parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
+
+
+def _beside(kept: PathPart, part: PathPart) -> bool:
+    """Whether what is to stay is what is not near the thing that a part is near, however near that is."""
+    inner = kept.parts[0] if kept.kind == "outside" else WHOLE
+    return inner.kind == part.kind == "near" and inner.places == part.places
 
 
 def _kept_parts(keeps: Sequence[F.Keep], *what: str) -> list[PathPart]:

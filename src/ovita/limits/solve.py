@@ -157,6 +157,9 @@ class _Task:
     def problem(self, options: ConstraintOptions, level: float | None = None) -> PathProblem:
         """The path's part of the problem, on the plane z = level [m] if it is given."""
         lower, upper = bounds(self.robot)
+        heights = self.proposed.positions[:, 2]
+        if self.scene.frame.direction("up")[2] > 0.5 and heights.min() >= 0.0:  # nothing is put right underground
+            lower[2] = max(lower[2], 0.0)
         if level is not None and lower[2] <= level <= upper[2]:
             lower[2] = upper[2] = level
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
