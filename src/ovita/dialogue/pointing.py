@@ -73,3 +73,13 @@ def with_name(text: str, name: str, scene: Scene) -> str:
     if any(known.lower() in text.lower() for known in scene.names):
         return text
     return _PASSED_IT.sub(rf"\1 the {name}", text)
+
+
+_TOO_NEAR = re.compile(r"\btoo (?:close|near)\b(?! to\b| by\b)", re.IGNORECASE)
+
+
+def too_near(text: str, name: str, scene: Scene) -> str:
+    """An utterance with a name for what the path is too close to, where it is about another change than that."""
+    if any(known.lower() in text.lower() for known in scene.names):
+        return text
+    return _TOO_NEAR.sub(rf"\g<0> to the {name}", text)

@@ -20,7 +20,7 @@ from ovita.dialogue.doubts import doubted, gives_up_more
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.interpretation import Feedback, Interpretation, frames_in, numbers_of
 from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
-from ovita.dialogue.pointing import with_both, with_name, with_place, with_thing
+from ovita.dialogue.pointing import too_near, with_both, with_name, with_place, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import chunks
@@ -29,11 +29,14 @@ from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
+    Approach,
+    Clearance,
     Keep,
     Quantity,
     Reading,
     SemanticFrame,
     Smooth,
+    Visit,
     frame_objects,
     name_of,
     with_selection,
@@ -256,7 +259,11 @@ class DialogueState:
         everything = [name for frame in frames_in(self._results) for name in frame_objects(frame)]
         said = with_both(said, [*dict.fromkeys(everything)][-2:], self.now.scene)
         names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
-        return with_name(said, names.pop(), self.now.scene) if len(names) == 1 else said
+        said = with_name(said, next(iter(names)), self.now.scene) if len(names) == 1 else said
+        last = [frame for result in self._results[-1:] for frame in result.frames]
+        about = {name for frame in last for name in frame_objects(frame)}
+        nearing = any(isinstance(frame, Approach | Clearance | Visit) for frame in last)
+        return too_near(said, about.pop(), self.now.scene) if len(about) == 1 and not nearing else said
 
     # Reading.
 
