@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ovita.paths.geometry import path_distances
 from ovita.paths.scene import RFU, SceneObject
-from ovita.toolkit import avoid, keep_distance
+from ovita.toolkit import avoid, dwell, go_round, keep_distance
 from ovita.toolkit.avoidance import shut
 
 S = np.linspace(0.0, 1.0, 80)
@@ -84,3 +84,36 @@ def test_a_way_around_leaves_out_no_rows_of_a_survey():
     kept = keep_distance(rows, pylon, at_least=30.0)
     assert pylon.cuboid.closest(kept[:, :3])[0] == pytest.approx(30.0, abs=0.1)
     assert path_distances(kept[:, :3], rows[:, :3]).max() < 30.0 and kept[:, 1].max() == pytest.approx(130.0, abs=5.0)
+
+
+@given(
+    places, sizes, st.floats(-0.4, 0.4), st.floats(0.0, 0.4), st.sampled_from(["front", "back"]), st.floats(0.0, 0.2)
+)
+def test_a_way_around_passes_on_its_side_and_keeps_its_gap(place, size, bend, rise, side, gap):
+    rows, item = path(bend, rise), SceneObject("box", place, size)
+    moved = go_round(rows, item, side, gap=gap)
+    assert np.allclose(moved[[0, -1]], rows[[0, -1]]) and np.allclose(moved[:, 3], rows[:, 3])
+    beyond = (moved[:, 1] - place[1]) * (1.0 if side == "front" else -1.0)
+    abreast = np.abs(moved[:, 0] - place[0]) < size[0] / 4.0
+    if abreast.any() and inside(shut("over", item, None, gap, rows[:, :3], RFU), rows[[0, -1]]) > 0.0:
+        assert beyond[abreast].min() > 0.0
+    assert abs(moved[:, 2].max() - rows[:, 2].max()) < 0.02
+
+
+def test_the_other_side_of_a_thing_at_a_corner_is_one_way_around_it():
+    corner = np.concatenate([np.linspace((-1.4, -1.0), (0.8, -0.9), 30), np.linspace((0.8, -0.8), (0.9, 0.9), 25)])
+    rows = np.column_stack([corner, np.zeros(len(corner)), np.full(len(corner), 0.4)])
+    pallet = SceneObject("pallet", [-0.35, 0.1, 0.07], [0.8, 0.6, 0.14])
+    moved = go_round(rows, pallet, "front", gap=0.3)
+    assert pallet.cuboid.closest(moved[:, :3])[0] > 0.29
+    assert np.linalg.norm(np.diff(moved[:, :3], axis=0), axis=1).sum() < 4.1  # and no hook
+    assert np.array_equal(go_round(moved, pallet, "front", gap=0.25), moved)
+    with pytest.raises(ValueError, match="level"):
+        go_round(rows, pallet, "up")
+
+
+def test_a_way_around_leads_from_stop_to_stop():
+    rows, item = path(0.0, 0.0), SceneObject("box", [0.5, -0.1, 0.5], [0.3, 0.3, 0.3])
+    waiting = dwell(rows, [-0.5, 0.0, 0.5], steps=5)
+    moved = go_round(waiting, item, "back", gap=0.1)
+    assert np.array_equal(moved[:36], waiting[:36]) and moved[:, 1].min() < -0.3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -126,8 +126,8 @@ def go_round(
 ) -> Array:
     """Replace the stretch that passes an object by a taut way around it on a side; heights stay.
 
-    It leaves the path and comes back to it where that is shortest and turns least, between the stops on either side. It
-    keeps so far from the object, seen from above. Where no way leads around there, the path stays as it is.
+    It leaves the path and comes back to it where that is shortest and turns least, between the stops on either side,
+    and keeps so far from the object, seen from above. Where it passes there already, or no way leads around, all stays.
 
     Args:
         side: Direction word of the side on which to pass, seen from the object: "left", "right", "front" or "back".
@@ -140,8 +140,11 @@ def go_round(
         raise ValueError(f"side must be level, not {side!r}: go_through(traj, obj, up=...) passes above it")
     plane = np.array([np.cross(aside, up), aside])  # seen from above, towards the side
     flat, outline = path @ plane.T, _outline(body, plane)
-    first, last = _between_stops(rows, int(body.depth(path).argmin()))
-    way = _way_round(flat[first : last + 1], outline, body.center @ plane.T)
+    nearest = int(body.depth(path).argmin())
+    first, last = _between_stops(rows, nearest)
+    if body.closest(path)[0] >= 0.0 and _passes_above(flat[first : last + 1] - body.center @ plane.T):
+        return rows
+    way = _way_round(flat[first : last + 1], nearest - first, outline, body.center @ plane.T)
     if way is None:
         return rows
     a, b, rope = first + way[0], first + way[1], way[2]
@@ -163,7 +166,7 @@ CANDIDATES = 32
 MOST_ROUND = 0.75
 """The share of an outline that a way around it follows at most."""
 
-OWN, CORNERS = 0.5, 0.3
+OWN, CORNERS = 0.25, 0.3
 """What a metre of the path that is left out counts, and a radian of a corner where a way leaves it, in outlines."""
 
 _SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -184,25 +187,26 @@ def _between_stops(rows: Array, nearest: int) -> tuple[int, int]:
     return int(fixed[fixed <= nearest].max(initial=0)), int(fixed[fixed >= nearest].min(initial=len(rows) - 1))
 
 
-def _way_round(path: Array, outline: Array, centre: Array) -> tuple[int, int, Array] | None:
+def _way_round(path: Array, nearest: int, outline: Array, centre: Array) -> tuple[int, int, Array] | None:
     """The best way around an outline on the side of +y: its first and last waypoint, and its corners (C, 2).
 
     Args:
         path: (N, 2) [m].
+        nearest: The waypoint that passes the object.
         outline: Convex, counterclockwise (K, 2) [m].
         centre: Of the object, (2,) [m].
     """
     least, found = np.inf, None
     for mirror in (np.ones(2), np.array([-1.0, 1.0])):  # past the top against x, then along it
         corners = outline if mirror[0] > 0.0 else outline[::-1] * mirror
-        for cost, a, b, rope in _ropes(path * mirror, corners):
-            if cost < least and _passes_above(rope, centre * mirror):
+        for cost, a, b, rope in _ropes(path * mirror, nearest, corners):
+            if cost < least and _passes_above(rope - centre * mirror):
                 least, found = cost, (a, b, rope * mirror)
     return found
 
 
-def _ropes(path: Array, outline: Array) -> Iterator[tuple[float, int, int, Array]]:
-    """Taut ways between places of a path (N, 2) [m] that keep an outline (K, 2) to their left, each with its cost."""
+def _ropes(path: Array, nearest: int, outline: Array) -> Iterator[tuple[float, int, int, Array]]:
+    """Taut ways past a waypoint of a path (N, 2) [m] that keep an outline (K, 2) to their left, each with its cost."""
     inside = (_cross(np.roll(outline, -1, axis=0) - outline, path[:, None] - outline) >= 0.0).all(axis=1)
     free = np.flatnonzero(~inside)
     tried = free[np.unique(np.linspace(0, len(free) - 1, CANDIDATES).round().astype(int))] if len(free) else free
@@ -210,12 +214,12 @@ def _ropes(path: Array, outline: Array) -> Iterator[tuple[float, int, int, Array
     angles = np.arctan2(_cross(ahead[:, None], seen), (ahead[:, None] * seen).sum(axis=2))
     onto, off = angles.argmin(axis=1), angles.argmax(axis=1)  # where a rope touches the outline, and where it leaves it
     s, size = arc_length(path), float(np.ptp(outline, axis=0).mean())
-    for i, j in combinations(range(len(tried)), 2):
+    for i, j in product(np.flatnonzero(tried < nearest), np.flatnonzero(tried > nearest)):
         a, b = int(tried[i]), int(tried[j])
         rope = _rope(path[a], path[b], outline, int(onto[i]), int(off[j]))
         if rope is not None:
             corners = _turn(path, a, rope[1] - rope[0]) + _turn(path, b, rope[-1] - rope[-2])
-            yield arc_length(rope)[-1] - (1.0 - OWN) * (s[b] - s[a]) + CORNERS * size * corners, a, b, rope
+            yield arc_length(rope)[-1] + OWN * (s[b] - s[a]) + CORNERS * size * corners, a, b, rope
 
 
 def _rope(begin: Array, end: Array, outline: Array, onto: int, off: int) -> Array | None:
@@ -236,9 +240,8 @@ def _turn(path: Array, at: int, way: Array) -> float:
     return float(abs(np.arctan2(_cross(heading, way), heading @ way)))
 
 
-def _passes_above(rope: Array, centre: Array) -> bool:
-    """Whether a way (C, 2) crosses the vertical through a point above it, and nowhere below."""
-    aside = rope - centre
+def _passes_above(aside: Array) -> bool:
+    """Whether a way (C, 2) crosses the vertical through the origin above it, and nowhere below."""
     crossing = np.flatnonzero((aside[:-1, 0] <= 0.0) != (aside[1:, 0] <= 0.0))
     if not len(crossing):
         return False
