@@ -89,7 +89,7 @@ TABLE: tuple[Unit, ...] = (
     *LENGTHS,
     *SPEEDS,
     *ACCELERATIONS,
-    _unit("%", "%", 0.01, "%, percent, per cent, percentage, pct"),
+    _unit("%", "%", 0.01, "%, percent, per cent, percentage, pct, procent, prozent, pourcent"),
     _unit("times", "x", 1.0, "time, x, fold"),
     _unit("timesteps", "step", 1.0, _STEPS),
     _unit("s", "s", 1.0, "s, sec, second"),

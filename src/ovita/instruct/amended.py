@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
@@ -98,15 +99,15 @@ PLACING = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near",
 
 
 def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
-    """Frames without the way back to the start where others are to end on the path: "left, then back on course"."""
-    row = [chunk for chunk in said if chunk.kind not in ("filler", "on", "in", "to", "for")]
-    ways = [then for back, then in pairwise(row) if back.text.lower().split()[-1] in BACK]
-    onto = any(then.kind in ("path", "goal") and then.text.lower() != "way" for then in ways)
-    rest = [frame for frame in frames if not isinstance(frame, F.Return)]
-    return rest if onto and rest else frames
+    """Frames without the way back to the start where what is meant is back to the path: "left, then back on course"."""
+    onto = _BACK_ON.search(" ".join(chunk.text.lower() for chunk in said))
+    return [frame for frame in frames if not isinstance(frame, F.Return)] if onto else frames
 
 
-BACK = ("back", "return", "rejoin")
+_BACK_ON = re.compile(
+    r"\b(?:back|returns?|rejoins?)(?: (?:on|onto|in|to|for|at|as|the|its|your|our|my|usual|normal|original|planned))*"
+    r" (?:course|track|line|path|route|lane|normal|usual|plan|speed|before|ending|(?:how |way )?it (?:was|is))\b"
+)
 
 
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:

@@ -429,6 +429,10 @@ LIMITING = frozenset(
 )
 """Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
 
+NEGATIONS = frozenset("never not no don't dont can't cannot mustn't".split())
+TOUCHES = frozenset("touch touching hit hitting bump bumping knock knocking brush scratch".split())
+"""Words that a greatest distance has nothing to do with: "come within 10 cm, but don't touch it"."""
+
 
 ALWAYS = frozenset(
     "never not don't always throughout whole entire everywhere stay stays staying remain remaining".split()
@@ -442,6 +446,7 @@ def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFram
         return frame  # "on the left, not on the right"
     if isinstance(frame, F.Side) and (not ALWAYS.isdisjoint(words) or ("keep" in words and "on" not in words)):
         return replace(frame, along=True)
-    if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not LIMITING.isdisjoint(words):
+    limiting = LIMITING - (NEGATIONS if not TOUCHES.isdisjoint(words) else frozenset())
+    if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not limiting.isdisjoint(words):
         return replace(frame, along=True)
     return frame
