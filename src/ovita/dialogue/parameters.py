@@ -158,6 +158,10 @@ CHANGING = frozenset("higher lower left right faster slower closer nearer farthe
 """Words with which a number is another change, not the value of a parameter that is near what they name."""
 
 
+ZONE = frozenset("zone area radius within around circle range".split())
+"""Words for how far from a thing counts as near it."""
+
+
 def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     """The new value of a parameter that an utterance calls by its name: "set the influence radius to 1.2"."""
     q, words = stated(said, scene)
@@ -167,6 +171,8 @@ def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     shared = {p.name: len({w for w in p.name.lower().split("_") if len(w) > 2} & words) for p in fitting}
     most = max(shared.values(), default=0)
     names = [name for name, count in shared.items() if count == most]
+    if not most and dimension(q.unit) == "m" and not ZONE.isdisjoint(words):
+        return {p.name: q.value for p in fitting if p.role == "radius"}
     return {names[0]: q.value} if most and len(names) == 1 else {}
 
 

@@ -20,7 +20,12 @@ _THAT_PART = re.compile(
     re.IGNORECASE,
 )
 _OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
-_ELSE = re.compile(r"\b(?:everywhere|anywhere) else\b|\belsewhere\b|\b(?:on|for) the rest\b(?! of)", re.IGNORECASE)
+_ELSE = re.compile(
+    r"\b(?:everywhere|anywhere) else\b|\belsewhere\b"
+    r"|(?:\b(?:on|for)|^(?:(?:and|now|then|but),? )*) ?the rest\b"
+    r"(?: of (?:the|its|your) (?:way|path|route|trip|run|flight)\b)?(?! of)",
+    re.IGNORECASE,
+)
 _ON_THE_WAY = re.compile(r"\b(?:on|along|during) (?:the|its|your) way there\b", re.IGNORECASE)
 _HOVER = re.compile(r"\bhover(?=[^.,;!?]*\bthere\b)", re.IGNORECASE)  # where it is, not so high over the thing
 _FROM_THERE = re.compile(r"\bfrom there (?P<on>on(?:wards?)?\b|(?=to\b))", re.IGNORECASE)
@@ -33,7 +38,7 @@ def with_place(text: str, place: str, scene: Scene) -> str:
         return text
     if _OWN_PLACE.search(text):
         return text
-    text = _HOVER.sub("wait", _ELSE.sub(f"everywhere except {place}", text))
+    text = _HOVER.sub("wait", _ELSE.sub(f" everywhere except {place}", text)).strip()
     if place.startswith("at the "):
         thing = place.removeprefix("at ")
         text = _ON_THE_WAY.sub(f"on the way to {thing}", text)

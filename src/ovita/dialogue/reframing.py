@@ -67,6 +67,9 @@ PLACING = ("at", "radius", "share", "of", "other", None)
 Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
 """Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
 
+BRIEF = 4
+"""Words of an answer that says no more than what was asked."""
+
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
 
@@ -122,7 +125,10 @@ def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
         first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
         if _steps_back(first, state) and _asks_anew(rest, state):
             return first, rest
-        one, two = (_kinds(_asked_for(text, state)) for text in (first, rest))
+        asked = _asked_for(rest, state)
+        one, two = _kinds(_asked_for(first, state)), _kinds(asked)
+        if whole and _says_no_more(asked, state._results[-1].frames):
+            continue
         if one and two and one <= BY_ITSELF and two.isdisjoint(one | {"Command", "Again"}) and whole != one | two:
             return first, rest
     return "", said
@@ -136,6 +142,13 @@ BY_ITSELF = frozenset(("amount", "Restrict", "Drop"))
 
 SURE = 0.7
 """How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
+
+
+def _says_no_more(asked: Sequence[Edit | SemanticFrame], before: Sequence[SemanticFrame]) -> bool:
+    """Whether frames say nothing that those before do not, and not where: "slower, like a snail"."""
+    known = {type(frame) for frame in before}
+    bare = [one for one in asked if isinstance(one, SemanticFrame) and not (one.part or one.named or one.quantities)]
+    return bool(bare) and len(bare) == len(asked) and {type(frame) for frame in bare} <= known
 
 
 def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, ...]:
@@ -353,8 +366,13 @@ class DialogueState:
         return Feedback(f"{self.asked} / {said}", reading, frames, len(self._results) - 1, values)
 
     def _clarified(self, said: str) -> tuple[SemanticFrame, ...]:
-        """The frames of the instruction that led to a question, where the answer names the one object that is meant."""
-        named = named_objects(said, self.now.scene) if self.asked and self._offline else ()
+        """The frames of the instruction that led to a question, where the answer names an object, or which way."""
+        if not (self.asked and self._offline):
+            return ()
+        named = named_objects(said, self.now.scene)
+        if not named and len(said.split()) <= BRIEF:
+            verdict = understand(f"{self.asked.rstrip(' .!?')} {said}", self.now.scene, self.current)
+            return verdict.reading.frames if verdict.outcome == "do" and not verdict.unused else ()
         if len(named) != 1:
             return ()
         name, called = named[0].name, _called(named[0].name)

@@ -174,6 +174,17 @@ def places_instead(said: Remark) -> Iterator[Candidate]:
         yield Candidate((E.Restrict(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
 
 
+def left_out(said: Remark) -> Iterator[Candidate]:
+    """Without one of the things that it is near: "not at the piano" of what is slower at the piano and the table."""
+    things, no = [p for p in said.active if p.items], said.cued("not", "except")
+    names = _items(things)
+    for i, frame in enumerate(said.before if no and len(names) == 1 else ()):
+        places = {place for part in frame.part.parts for place in part.places} if frame.part.kind == "either" else set()
+        if set(names) < places and all(map(said.negated, things)):
+            used = (*things, *no, *said.of("near", "at", "around", "by"))
+            yield Candidate((E.Except(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
+
+
 def _last_in_part(said: Remark) -> int | None:
     """The number of the last frame about a part of the path; None for none."""
     return next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)

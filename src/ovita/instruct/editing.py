@@ -437,6 +437,9 @@ def _without(frame: F.SemanticFrame, direction: str) -> F.SemanticFrame:
 
 
 def _outside(frame: F.SemanticFrame, part: PathPart) -> F.SemanticFrame:
+    left = [one for one in frame.part.parts if one.places != part.places]
+    if frame.part.kind == "either" and 0 < len(left) < len(frame.part.parts):
+        return replace(frame, part=any_of(left))
     rest = outside(part)
     return replace(frame, part=both(frame.part, rest) if frame.part else rest)
 

@@ -128,7 +128,7 @@ def _repeats(said: Remark) -> Iterator[Candidate]:
 
 
 ROWS = (
-    C.spares, C.ends_kept, _commands, _repeats, C.drops, C.only, C.other_halves, C.places_instead, C.flips,
+    C.spares, C.ends_kept, _commands, _repeats, C.drops, C.only, C.other_halves, C.places_instead, C.left_out, C.flips,
     C.contraries, C.directions, C.objects, C.copies, C.ends, C.everywhere, numbers, amounts,
 )  # fmt: skip
 """The kinds of edits: the first reading that leaves nothing unread is taken."""
