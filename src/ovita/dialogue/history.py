@@ -82,6 +82,7 @@ class Step:
             since the original, since that is what was applied.
         kind: How it came about.
         situation: What the session was about then, or None where it did not change.
+        goes_on: Whether it was said in one breath with the turn before, so that both are taken back together.
     """
 
     said: str
@@ -89,6 +90,7 @@ class Step:
     adaptation: Adaptation
     kind: Kind = "said"
     situation: Situation | None = None
+    goes_on: bool = False
 
     def to_document(self) -> dict[str, Any]:
         """The turn as JSON values."""
@@ -98,6 +100,7 @@ class Step:
             "on": self.feedback_on,
             "situation": None if self.situation is None else self.situation.to_document(),
             "adaptation": self.adaptation.to_document(),
+            **({"goes_on": True} if self.goes_on else {}),
         }
 
     @classmethod
@@ -120,6 +123,7 @@ class Step:
             Adaptation.from_document(adaptation, file=file),
             cast(Kind, kind),
             None if situation is None else Situation.from_document(situation, file),
+            document.get("goes_on") is True,
         )
 
 
@@ -199,8 +203,20 @@ class History:
             self._last[self.parents[turn]] = turn
 
     def back(self) -> int | None:
-        """What undo would go to, or None."""
-        return None if self.head == ROOT else self.parents[self.head]
+        """What undo would go to, or None; what was said in one breath goes together."""
+        return None if self.head == ROOT else self._before(self.head)
+
+    def breaths(self, count: int) -> int:
+        """How many steps so many utterances are, counted back from the one in force."""
+        here, path = self.head, self.path()
+        for _ in range(count):
+            here = here if here == ROOT else self._before(here)
+        return len(path) - (path.index(here) + 1 if here != ROOT else 0)
+
+    def _before(self, at: int) -> int:
+        while self.steps[at].goes_on and self.parents[at] != ROOT:
+            at = self.parents[at]
+        return self.parents[at]
 
     def forth(self) -> int | None:
         """What redo would go to, or None."""

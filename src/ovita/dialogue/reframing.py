@@ -25,7 +25,7 @@ from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Rescale, Set
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Rescale, Set
 from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
@@ -319,7 +319,7 @@ class DialogueState:
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
                 return Feedback(said, Reading(), frames, first, values, parameters)
-        if reading is None:
+        if reading is None or _leaves_nothing(reading, frames):
             return None
         feedback = Feedback(said, reading, frames, first, values)
         doable = not results or results[-1].frames or self._by_parameters(feedback, results[-1])
@@ -549,7 +549,7 @@ class DialogueState:
         forth = self.history.forth()
         match edit.command:
             case "undo":
-                return self._taken_back(feedback, edit.steps)
+                return self._taken_back(feedback, self.history.breaths(edit.steps))
             case "restart":
                 return self._gone_to(feedback, ROOT, taken)
             case "redo" if forth is not None:
@@ -598,6 +598,12 @@ class DialogueState:
     def _transcript(self, said: str) -> str:
         """The instructions of all turns, and an utterance."""
         return _joined([*(result.instruction for result in self._results), said])
+
+
+def _leaves_nothing(reading: Reading, frames: Sequence[SemanticFrame]) -> bool:
+    """Whether all of the part that a frame is about would be left out: "the rest faster" is another wish."""
+    out = [(edit.part.kind, edit.part.places) for edit in reading.edits if isinstance(edit, Except)]
+    return any((frame.part.kind, frame.part.places) in out for frame in frames)
 
 
 def _is_certain(reading: Reading) -> bool:

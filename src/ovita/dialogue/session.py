@@ -66,6 +66,7 @@ class Session:
     _refused: tuple[Adaptation, ...] = field(default=(), init=False)
     _open: str = field(default="", init=False)
     _behind: bool = field(default=False, init=False)
+    _goes_on: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         known_isolation(self.isolation)
@@ -172,8 +173,13 @@ class Session:
         )
         first, rest = in_turns(instruction, state)
         if first:
+            before = self._history.head
             taken = self.say(first).taken
-            result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
+            self._goes_on = len(self._history.steps) - 1 == self._history.head != before
+            try:
+                result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
+            finally:
+                self._goes_on = False
             return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
         found = respond(instruction, on, state)
         self._asked = found.asked
@@ -529,7 +535,8 @@ class Session:
         self._pending = None
         before = self._history.situation(self._history.head)
         now = self.situation
-        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now))
+        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now, self._goes_on))
+        self._goes_on = False
         if wait:
             self._open = "turn"
         else:

@@ -1,0 +1,98 @@
+"""What is said as one and is two turns, what answers a question, and what "there", "the rest" and a zone are."""
+
+import numpy as np
+import pytest
+
+from ovita.dialogue.session import Session
+from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.trajectory import Trajectory
+
+S = np.linspace(0.0, 1.0, 61)
+PATH = Trajectory(np.column_stack([4.0 * S - 2.0, 0.3 * np.sin(3.0 * S), 0.6 + 0.0 * S]), np.full(61, 0.4))
+THINGS = Scene(
+    (
+        SceneObject("piano", np.array([-1.0, 0.7, 0.5]), [0.6, 0.3, 1.0]),
+        SceneObject("table", np.array([1.0, -0.6, 0.4]), [0.6, 0.6, 0.8]),
+    )
+)
+
+
+def talk(*said):
+    session = Session(PATH, THINGS, writer="builtin")
+    results = [session.say(text) for text in said]
+    return session, results[-1]
+
+
+def speed_at(session, name):
+    path = session.current
+    return path.speeds[int(np.linalg.norm(path.positions - THINGS[name].position, axis=1).argmin())]
+
+
+@pytest.mark.parametrize(
+    ("before", "said", "one", "other"),
+    [
+        ("wait 2 seconds at the piano", "make that 4 seconds, and slow down near the table", 4.0, 0.2),
+        ("wait 2 seconds at the piano", "4 seconds. And at most 0.2 m/s near the table", 4.0, 0.2),
+    ],
+)
+def test_a_correction_and_a_further_wish_are_two_turns(before, said, one, other):
+    session, _ = talk(before, said)
+    stands = np.diff(session.current.times)[np.linalg.norm(np.diff(session.current.positions, axis=0), axis=1) == 0.0]
+    assert stands.sum() == pytest.approx(one, abs=0.11)
+    assert speed_at(session, "table") == pytest.approx(other, abs=0.01)
+    assert session.say("undo").status == "done"
+    assert np.array_equal(session.current.to_array(), talk(before)[0].current.to_array())
+
+
+def test_what_was_said_in_one_breath_is_taken_back_as_one_after_it_was_saved(tmp_path):
+    session, _ = talk("5 cm to the left", "make it 10 cm, and slow down near the table")
+    session.save(str(tmp_path / "talk.json"))
+    again = Session.load(str(tmp_path / "talk.json"), writer="builtin")
+    assert np.allclose(again.current.positions[:, 0], PATH.positions[:, 0] - 0.1)
+    assert again.undo() and np.allclose(again.current.positions[:, 0], PATH.positions[:, 0] - 0.05)
+
+
+@pytest.mark.parametrize("said", ["no, closer", "not the piano, the table", "a bit more, please"])
+def test_a_correction_stays_one_turn(said):
+    session, _ = talk("go 10 cm farther from the piano", said)
+    steps = len(session.steps)
+    session.say("undo")
+    assert steps == 2 and session.adaptation is session.steps[0].adaptation
+
+
+@pytest.mark.parametrize(
+    ("said", "answer", "moved"), [("Move it by 10 cm.", "to the right", 0.1), ("shift it by 12 cm", "up", 0.12)]
+)
+def test_an_answer_keeps_the_amount_of_what_was_asked_about(said, answer, moved):
+    session, result = talk(said, answer)
+    assert result.status == "done"
+    assert np.abs(session.current.positions - PATH.positions).max() == pytest.approx(moved)
+
+
+def test_one_of_two_places_is_left_out():
+    session, result = talk("at most 0.2 m/s near the piano and the table", "Not at the piano.")
+    assert result.status == "done"
+    assert speed_at(session, "piano") == pytest.approx(0.4) and speed_at(session, "table") == pytest.approx(0.2)
+
+
+def test_the_rest_of_the_way_is_what_was_not_said_before():
+    session, _ = talk("half speed in the first quarter", "and the rest of the way a little bit faster")
+    assert session.current.speeds[5] == pytest.approx(0.2) and session.current.speeds[-5] > 0.45
+
+
+@pytest.mark.parametrize("said", ["make the zone 0.9 m", "within 0.9 m", "make it 0.9 metres around each"])
+def test_a_zone_gets_the_size_that_is_said(said):
+    _, result = talk("slower near the piano and the table", said)
+    assert {p.value for p in result.parameters if p.role == "radius"} == {0.9}
+
+
+def test_both_bounds_stand_where_both_are_said():
+    session, _ = talk("at least 0.2 m/s", "make that 0.3, and limit the maximum to 0.35")
+    assert session.current.speeds.min() >= 0.3 - 1e-6 and session.current.speeds.max() <= 0.35 + 1e-6
+
+
+def test_too_close_is_to_what_was_just_said():
+    session, result = talk("slower near the piano", "still too fast, and it's a bit too close as well")
+    before = THINGS["piano"].distance(PATH.positions).min()
+    assert result.status == "done" and THINGS["piano"].distance(session.current.positions).min() > before + 0.01
+    assert speed_at(session, "piano") < 0.2
