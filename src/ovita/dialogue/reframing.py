@@ -23,10 +23,9 @@ from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_a
 from ovita.dialogue.pointing import too_near, with_both, with_name, with_place, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
-from ovita.instruct.chunks import chunks
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Rescale, Set
-from ovita.instruct.feedback import DENYING, named_frames, named_objects, read_feedback, vaguely_where
+from ovita.instruct.edits import Again, Also, Command, Edit, Except, Rescale, Set
+from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
     Approach,
@@ -97,7 +96,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
     if losses:
         return state._restored(said, losses)
-    feedback = state._answered(said) or state._feedback(said)
+    feedback = state._answered(said) or state.heard(said)
     if feedback is None:
         return state._instructed(said, on)
     try:
@@ -106,99 +105,6 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
         meaning = feedback.reading.question or "feedback on the last turn"
         failed = state._unchanged(said, _took(said, meaning))
         return Interpretation(replace(failed, status="failed", error=str(error), explanation=str(error)))
-
-
-def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
-    """What an utterance asks for first, and after that; "" and all of it where it is one turn.
-
-    "Undo that and go left by 0.1", "make that 4 seconds, and slow down there as well": the first is feedback that takes
-    a step back, or that only by itself is read in full.
-    """
-    if not state._results:
-        return "", said
-    said = state.named(said)
-    found, _ = chunks(said, state.now.scene, state.current.positions)
-    whole = _kinds(_asked_for(said, state))
-    for before, pause, after in zip(found, found[1:], found[2:], strict=False):
-        if pause.kind not in PAUSES or before.kind in PAUSES or pause.text == ":" or (before.q and after.q):
-            continue
-        first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
-        if _steps_back(first, state) and _asks_anew(rest, state):
-            return first, rest
-        asked = _asked_for(rest, state)
-        one, two = _kinds(_asked_for(first, state)), _kinds(asked)
-        if whole and _says_no_more(asked, state._results[-1].frames):
-            continue
-        if one and two and one <= BY_ITSELF and two.isdisjoint(one | {"Command", "Again"}) and whole != one | two:
-            return first, rest
-    return "", said
-
-
-PAUSES = ("and", "comma", "dot")
-"""Classes of what stands between two turns that are said as one."""
-
-BY_ITSELF = frozenset(("amount", "Restrict", "Drop"))
-"""Kinds of feedback that are a turn by themselves before another: how much, where, and what goes."""
-
-SURE = 0.7
-"""How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
-
-
-def _says_no_more(asked: Sequence[Edit | SemanticFrame], before: Sequence[SemanticFrame]) -> bool:
-    """Whether frames say nothing that those before do not, and not where: "slower, like a snail"."""
-    known = {type(frame) for frame in before}
-    bare = [one for one in asked if isinstance(one, SemanticFrame) and not (one.part or one.named or one.quantities)]
-    return bool(bare) and len(bare) == len(asked) and {type(frame) for frame in bare} <= known
-
-
-def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, ...]:
-    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction.
-
-    What is dropped, or only denied, the rules have to read so, too.
-    """
-    if not said.strip(" ,."):
-        return ()
-    if (found := state._feedback(said)) is not None:
-        drops = any(isinstance(edit, Drop) for edit in found.edits)
-        sure = found.parameters is None and not found.reading.unread and not found.reading.question
-        sure = sure and not DENIED & {*said.lower().replace(",", " ").split()}
-        sure = sure and (not drops or _by_rules(said, state) == found.edits)
-        return found.edits if sure and found.reading.confidence >= SURE else ()
-    if not state._offline:
-        wish = state._read(said)
-        return wish.frames if _is_certain(wish) else ()
-    verdict = understand(said, state.now.scene, state.current)
-    return verdict.reading.frames if verdict.outcome == "do" and not verdict.doubts else ()
-
-
-DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))
-"""Words with which feedback is corrected, so that it is one turn with what follows."""
-
-
-def _by_rules(said: str, state: DialogueState) -> tuple[Edit, ...]:
-    """The edits of an utterance that the rules read in full as feedback on the last turn."""
-    frames = frames_in(state._results[-1:])
-    found = read_feedback(said, state.now.scene, frames, state.current.positions)
-    return () if found is None or found.unread or found.question else found.edits
-
-
-def _kinds(asked: Sequence[Edit | SemanticFrame]) -> set[str]:
-    """What edits and frames are about: amounts are of one kind, and a further frame is as one of an instruction."""
-    about = [one.frame if isinstance(one, Also) else one for one in asked]
-    return {"amount" if isinstance(one, Rescale | Set) else type(one).__name__ for one in about}
-
-
-def _steps_back(said: str, state: DialogueState) -> bool:
-    """Whether an utterance only takes steps back; "no" before something else only corrects."""
-    edits = _by_rules(said, state)
-    goes = edits and all(isinstance(one, Command) and one.command in ("undo", "restart") for one in edits)
-    return bool(goes) and not DENYING.issuperset(said.lower().replace(",", " ").split())
-
-
-def _asks_anew(said: str, state: DialogueState) -> bool:
-    """Whether an utterance is an instruction; "back to how it was" says no more than a step back."""
-    wish = state._read(said)
-    return _is_certain(wish) and any(name_of(frame) != "return" for frame in wish.frames)
 
 
 def _keeps_ends(edits: Sequence[Edit]) -> bool:
@@ -241,11 +147,13 @@ class DialogueState:
         ]
 
     @cached_property
-    def _results(self) -> list[Adaptation]:
+    def results(self) -> list[Adaptation]:
+        """What came of the turns in force, oldest first."""
         return self.history.results
 
     @property
-    def _offline(self) -> bool:
+    def offline(self) -> bool:
+        """Whether the writer reads every instruction itself first."""
         return (self.writer if isinstance(self.writer, str) else self.writer.name) in OFFLINE
 
     def losses(self) -> list[Loss]:
@@ -254,40 +162,40 @@ class DialogueState:
             return []
         parent = self.history.parents[self.history.head]
         before, scene = self.history.after(parent), self.history.situation(parent).scene
-        return lost(self._results[:-1], before, self._results[-1], scene=scene)
+        return lost(self.results[:-1], before, self.results[-1], scene=scene)
 
     def named(self, said: str) -> str:
         """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
-        there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self._results else ()
+        there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self.results else ()
         if len(there) > 1:  # "I meant the macaw, not the mongoose"
-            kept = {name for result in self._results[-1:] for frame in result.frames for name in frame_objects(frame)}
+            kept = {name for result in self.results[-1:] for frame in result.frames for name in frame_objects(frame)}
             there = tuple(item for item in there if item.name in kept)
-        parts = [frame.part for result in self._results[-1:] for frame in result.frames if frame.part]
+        parts = [frame.part for result in self.results[-1:] for frame in result.frames if frame.part]
         parts = [part for i, part in enumerate(parts) if part not in parts[:i]]
         changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
         if len(parts) == len(changed) == 1:
             said = with_place(said, changed[0].words(), self.now.scene)
         elif len(there) == 1:
             said = with_place(said, f"at the {there[0].name}", self.now.scene)
-        everything = [name for frame in frames_in(self._results) for name in frame_objects(frame)]
+        everything = [name for frame in frames_in(self.results) for name in frame_objects(frame)]
         said = with_both(said, [*dict.fromkeys(everything)][-2:], self.now.scene)
-        names = {name for result in self._results[-1:] for frame in result.frames for name in frame.named}
+        names = {name for result in self.results[-1:] for frame in result.frames for name in frame.named}
         said = with_name(said, next(iter(names)), self.now.scene) if len(names) == 1 else said
-        last = [frame for result in self._results[-1:] for frame in result.frames]
+        last = [frame for result in self.results[-1:] for frame in result.frames]
         about = {name for frame in last for name in frame_objects(frame)}
         nearing = any(isinstance(frame, Approach | Clearance | Visit) for frame in last)
         return too_near(said, about.pop(), self.now.scene) if len(about) == 1 and not nearing else said
 
     # Reading.
 
-    def _read(self, said: str, earlier: Sequence[SemanticFrame] = (), scene: Scene | None = None) -> Reading:
+    def read(self, said: str, earlier: Sequence[SemanticFrame] = (), scene: Scene | None = None) -> Reading:
         """An instruction as the built-in reader reads it; "there" is where the frames before are, "here" is marked."""
         reading = self.reader(said, scene or self.now.scene, self.current.positions, earlier)
         return replace(reading, frames=with_selection(reading.frames, self.selection))
 
-    def _feedback(self, said: str) -> Feedback | None:
+    def heard(self, said: str) -> Feedback | None:
         """Feedback on the last turn; on all turns where they are named or that reads more of the words; or None."""
-        results = self._results
+        results = self.results
         if not results:
             return self._about(said, (), 0) if self.history.steps else None
         last = self._about(said, results[-1:], len(results) - 1)
@@ -302,20 +210,20 @@ class DialogueState:
 
     def _named_earlier(self, said: str) -> int:
         """1 if it names earlier changes only, 2 if the last too, else 0."""
-        everything = frames_in(self._results)
+        everything = frames_in(self.results)
         named = named_frames(said, self.now.scene, everything)
-        old = [i for i in named if i < len(everything) - len(self._results[-1].frames)]
+        old = [i for i in named if i < len(everything) - len(self.results[-1].frames)]
         return 0 if not old else 1 if old == named else 2
 
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Feedback | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _realised(results)
-        offline = results and self._offline and not vaguely_where(said, self.now.scene)
+        offline = results and self.offline and not vaguely_where(said, self.now.scene)
         read = refereed if offline else read_feedback
-        reading = read(said, self.now.scene, frames, self.current.positions, self._read)
+        reading = read(said, self.now.scene, frames, self.current.positions, self.read)
         if reading is not None and reading.question and self.history.in_force:
             reading = self._of_the_newest(said) or reading
-        if results and not _is_certain(self._read(said)):
+        if results and not is_certain(self.read(said)):
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
                 return Feedback(said, Reading(), frames, first, values, parameters)
@@ -352,9 +260,9 @@ class DialogueState:
 
     def _answered(self, said: str) -> Feedback | None:
         """The answer to a question that feedback led to: which of the frames was meant."""
-        if not self.asked or not self._results:
+        if not self.asked or not self.results:
             return None
-        frames, values = _realised(self._results[-1:])
+        frames, values = _realised(self.results[-1:])
         named = [frames[i] for i in named_frames(said, self.now.scene, frames)]
         if not named or len(named) == len(frames):
             return None
@@ -363,11 +271,11 @@ class DialogueState:
             return None
         edits = tuple(replace(edit, on=edit.on or name_of(named[-1])) for edit in reading.edits)
         reading = replace(reading, edits=edits)
-        return Feedback(f"{self.asked} / {said}", reading, frames, len(self._results) - 1, values)
+        return Feedback(f"{self.asked} / {said}", reading, frames, len(self.results) - 1, values)
 
     def _clarified(self, said: str) -> tuple[SemanticFrame, ...]:
         """The frames of the instruction that led to a question, where the answer names an object, or which way."""
-        if not (self.asked and self._offline):
+        if not (self.asked and self.offline):
             return ()
         named = named_objects(said, self.now.scene)
         if not named and len(said.split()) <= BRIEF:
@@ -377,16 +285,16 @@ class DialogueState:
             return ()
         name, called = named[0].name, _called(named[0].name)
         rest = tuple(item for item in self.now.scene if item.name == name or called.isdisjoint(_called(item.name)))
-        reading = self._read(self.asked, scene=replace(self.now.scene, objects=rest))
-        told = (self._read(text) for text in with_thing(self.asked, name))
+        reading = self.read(self.asked, scene=replace(self.now.scene, objects=rest))
+        told = (self.read(text) for text in with_thing(self.asked, name))
         about = (one for one in (reading, *told) if any(name in frame.named for frame in one.frames))
-        return next((one.frames for one in about if _is_certain(one) and not one.improper), ())
+        return next((one.frames for one in about if is_certain(one) and not one.improper), ())
 
     # Doing.
 
     def _instructed(self, said: str, on: FeedbackOn) -> Interpretation:
         """An instruction for the chain; on the original it is added to the frames of all turns."""
-        unplaced = vaguely_where(said, self.now.scene) if self._offline and self.history.head != ROOT else ()
+        unplaced = vaguely_where(said, self.now.scene) if self.offline and self.history.head != ROOT else ()
         if unplaced:
             # What says nothing but where is about the turn before: as an instruction it would lose the "only".
             return Interpretation(self._adapt(said, self.current, unplaced=unplaced))
@@ -397,7 +305,7 @@ class DialogueState:
             whole = self._with_earlier(words, frames)
             if whole is not None:
                 return Interpretation(whole, on=on)
-            if not frames and not all(result.frames for result in self._results):
+            if not frames and not all(result.frames for result in self.results):
                 words, before = self._transcript(said), self.now.original
         result = self._adapt(words, before, frames)
         on = "original" if before is self.now.original and on == "original" else "current"
@@ -414,16 +322,16 @@ class DialogueState:
 
     def _with_earlier(self, said: str, frames: tuple[SemanticFrame, ...]) -> Adaptation | None:
         """An instruction with all turns before it, on the original; None if they cannot be done in one."""
-        reading = Reading(frames=frames) if frames else self._read(said)
-        if not _is_certain(reading) or not all(result.frames for result in self._results):
+        reading = Reading(frames=frames) if frames else self.read(said)
+        if not is_certain(reading) or not all(result.frames for result in self.results):
             return None
-        everything = (*frames_in(self._results), *reading.frames)
+        everything = (*frames_in(self.results), *reading.frames)
         result = self._adapt(self._transcript(said), self.now.original, everything)
         return result if result.usable or result.proposal is not None else None
 
     def _followed(self, feedback: Feedback, on: FeedbackOn) -> Interpretation:
         """What feedback does: a step back or forth, an answer, or the last turn's frames realised again."""
-        if gives_up_more(feedback, self._results):
+        if gives_up_more(feedback, self.results):
             feedback = replace(feedback, reading=Reading(question=WHAT_GOES))
         if feedback.reading.question:
             return self._asking(feedback)
@@ -431,12 +339,12 @@ class DialogueState:
         edits = tuple(edit for edit in feedback.edits if not isinstance(edit, Command))
         if commands and not edits:
             return self._commanded(feedback, commands[0])
-        last = self._results[-1]
+        last = self.results[-1]
         if feedback.parameters is not None:
             return self._noted(feedback, last, self._rerun(last, feedback.parameters), "knobs")
         if isinstance(edits[0], Again) and len(edits) == 1:
             return self._noted(feedback, None, self._repeated(last), "said")
-        if edits[0].on.startswith("turn ") and len(self._results) >= int(edits[0].on[5:]):
+        if edits[0].on.startswith("turn ") and len(self.results) >= int(edits[0].on[5:]):
             return self._without(feedback, int(edits[0].on[5:]) - 1)
         after = with_selection(apply(edits, feedback.frames, self.now.scene, feedback.values), self.selection)
         if not last.frames:
@@ -448,7 +356,7 @@ class DialogueState:
         """What feedback comes to, as a proposal where words are left over or a number is odd."""
         if found.kind is None or found.goto is not None or not found.result.usable:
             return found
-        unread, doubt = feedback.left_over, doubted(feedback, self._results[-1:], found.result)
+        unread, doubt = feedback.left_over, doubted(feedback, self.results[-1:], found.result)
         if not (unread or doubt):
             return found
         asking = to_confirm(found.result, unread, (doubt,) if doubt else ())
@@ -456,7 +364,7 @@ class DialogueState:
 
     def _without(self, feedback: Feedback, turn: int) -> Interpretation:
         """All turns but one, on the original."""
-        kept = [result for i, result in enumerate(self._results) if i != turn]
+        kept = [result for i, result in enumerate(self.results) if i != turn]
         if not kept:
             return self._taken_back(feedback, len(self.history.path()))
         result = self._adapt(_joined([one.instruction for one in kept]), self.now.original, frames_in(kept))
@@ -466,10 +374,10 @@ class DialogueState:
         self, feedback: Feedback, edits: tuple[Edit, ...], after: tuple[SemanticFrame, ...], on: FeedbackOn
     ) -> Interpretation:
         """Frames after feedback, realised: in the last turn's place, as a further turn, or all from the original."""
-        last, earlier = self._results[-1], self._results[: feedback.first]
+        last, earlier = self.results[-1], self.results[: feedback.first]
         if not after:
             return self._taken_back(feedback, sum(count for _, count in self.history.turns()[feedback.first :]))
-        if on == "original" or len(earlier) < len(self._results) - 1:
+        if on == "original" or len(earlier) < len(self.results) - 1:
             result = self._adapt(self._transcript(feedback.said), self.now.original, (*frames_in(earlier), *after))
             return self._noted(feedback, last, result, "said", "original")
         if all(isinstance(edit, Also) for edit in edits) and not _keeps_ends(edits):
@@ -574,8 +482,8 @@ class DialogueState:
 
     def _asking(self, feedback: Feedback) -> Interpretation:
         question = feedback.reading.question
-        if feedback.reading.asked and self._results:
-            question = which(feedback.reading.asked, feedback.frames, self._results[-1].parameters)
+        if feedback.reading.asked and self.results:
+            question = which(feedback.reading.asked, feedback.frames, self.results[-1].parameters)
         result = self._unchanged(feedback.said, f"took {feedback.said!r} as: a question of which change")
         asking = replace(result, status="needs_clarification", question=question, explanation=question)
         return Interpretation(asking, asked=feedback.said)
@@ -597,7 +505,7 @@ class DialogueState:
 
     def _transcript(self, said: str) -> str:
         """The instructions of all turns, and an utterance."""
-        return _joined([*(result.instruction for result in self._results), said])
+        return _joined([*(result.instruction for result in self.results), said])
 
 
 def _leaves_nothing(reading: Reading, frames: Sequence[SemanticFrame]) -> bool:
@@ -606,7 +514,7 @@ def _leaves_nothing(reading: Reading, frames: Sequence[SemanticFrame]) -> bool:
     return any((frame.part.kind, frame.part.places) in out for frame in frames)
 
 
-def _is_certain(reading: Reading) -> bool:
+def is_certain(reading: Reading) -> bool:
     """Whether a reading has frames, and nothing in it is left open."""
     return bool(reading.frames) and not (reading.unread or reading.question)
 

@@ -9,6 +9,7 @@ from threading import Event
 from typing import Any
 
 from ovita.chain import UNCHANGED, another, enforced, rerun
+from ovita.dialogue.breaths import in_turns
 from ovita.dialogue.history import (
     OWN,
     ROOT,
@@ -22,7 +23,7 @@ from ovita.dialogue.history import (
 )
 from ovita.dialogue.interpretation import Interpretation
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
-from ovita.dialogue.reframing import DialogueState, Reader, in_turns, respond
+from ovita.dialogue.reframing import DialogueState, Reader, respond
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal

@@ -1,0 +1,106 @@
+"""What is said in one breath and is two turns: a correction and a further wish, a step back and what to do instead."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ovita.dialogue.interpretation import frames_in
+from ovita.dialogue.reframing import DialogueState, is_certain
+from ovita.instruct.chunks import chunks
+from ovita.instruct.edits import Also, Command, Drop, Edit, Rescale, Set
+from ovita.instruct.feedback import DENYING, read_feedback
+from ovita.instruct.frames import SemanticFrame, name_of
+from ovita.instruct.understanding import understand
+
+
+def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
+    """What an utterance asks for first, and after that; "" and all of it where it is one turn.
+
+    "Undo that and go left by 0.1", "make that 4 seconds, and slow down there as well": the first is feedback that takes
+    a step back, or that only by itself is read in full.
+    """
+    if not state.results:
+        return "", said
+    said = state.named(said)
+    found, _ = chunks(said, state.now.scene, state.current.positions)
+    whole = _kinds(_asked_for(said, state))
+    for before, pause, after in zip(found, found[1:], found[2:], strict=False):
+        if pause.kind not in PAUSES or before.kind in PAUSES or pause.text == ":" or (before.q and after.q):
+            continue
+        first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
+        if _steps_back(first, state) and _asks_anew(rest, state):
+            return first, rest
+        asked = _asked_for(rest, state)
+        one, two = _kinds(_asked_for(first, state)), _kinds(asked)
+        if whole and _says_no_more(asked, state.results[-1].frames):
+            continue
+        if one and two and one <= BY_ITSELF and two.isdisjoint(one | {"Command", "Again"}) and whole != one | two:
+            return first, rest
+    return "", said
+
+
+PAUSES = ("and", "comma", "dot")
+"""Classes of what stands between two turns that are said as one."""
+
+BY_ITSELF = frozenset(("amount", "Restrict", "Drop"))
+"""Kinds of feedback that are a turn by themselves before another: how much, where, and what goes."""
+
+SURE = 0.7
+"""How sure it has to be that part of an utterance is feedback, for it to be a turn of its own."""
+
+
+def _says_no_more(asked: Sequence[Edit | SemanticFrame], before: Sequence[SemanticFrame]) -> bool:
+    """Whether frames say nothing that those before do not, and not where: "slower, like a snail"."""
+    known = {type(frame) for frame in before}
+    bare = [one for one in asked if isinstance(one, SemanticFrame) and not (one.part or one.named or one.quantities)]
+    return bool(bare) and len(bare) == len(asked) and {type(frame) for frame in bare} <= known
+
+
+def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, ...]:
+    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction.
+
+    What is dropped, or only denied, the rules have to read so, too.
+    """
+    if not said.strip(" ,."):
+        return ()
+    if (found := state.heard(said)) is not None:
+        drops = any(isinstance(edit, Drop) for edit in found.edits)
+        sure = found.parameters is None and not found.reading.unread and not found.reading.question
+        sure = sure and not DENIED & {*said.lower().replace(",", " ").split()}
+        sure = sure and (not drops or _by_rules(said, state) == found.edits)
+        return found.edits if sure and found.reading.confidence >= SURE else ()
+    if not state.offline:
+        wish = state.read(said)
+        return wish.frames if is_certain(wish) else ()
+    verdict = understand(said, state.now.scene, state.current)
+    return verdict.reading.frames if verdict.outcome == "do" and not verdict.doubts else ()
+
+
+DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))
+"""Words with which feedback is corrected, so that it is one turn with what follows."""
+
+
+def _by_rules(said: str, state: DialogueState) -> tuple[Edit, ...]:
+    """The edits of an utterance that the rules read in full as feedback on the last turn."""
+    frames = frames_in(state.results[-1:])
+    found = read_feedback(said, state.now.scene, frames, state.current.positions)
+    return () if found is None or found.unread or found.question else found.edits
+
+
+def _kinds(asked: Sequence[Edit | SemanticFrame]) -> set[str]:
+    """What edits and frames are about: amounts are of one kind, and a further frame is as one of an instruction."""
+    about = [one.frame if isinstance(one, Also) else one for one in asked]
+    return {"amount" if isinstance(one, Rescale | Set) else type(one).__name__ for one in about}
+
+
+def _steps_back(said: str, state: DialogueState) -> bool:
+    """Whether an utterance only takes steps back; "no" before something else only corrects."""
+    edits = _by_rules(said, state)
+    goes = edits and all(isinstance(one, Command) and one.command in ("undo", "restart") for one in edits)
+    return bool(goes) and not DENYING.issuperset(said.lower().replace(",", " ").split())
+
+
+def _asks_anew(said: str, state: DialogueState) -> bool:
+    """Whether an utterance is an instruction; "back to how it was" says no more than a step back."""
+    wish = state.read(said)
+    return is_certain(wish) and any(name_of(frame) != "return" for frame in wish.frames)
