@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
@@ -100,14 +99,16 @@ PLACING = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near",
 
 def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
     """Frames without the way back to the start where what is meant is back to the path: "left, then back on course"."""
-    onto = _BACK_ON.search(" ".join(chunk.text.lower() for chunk in said))
+    words = " ".join(chunk.text.lower() for chunk in said).split()
+    behind = [[w for w in words[i + 1 :] if w not in LINKING][:1] for i, word in enumerate(words) if word in BACK]
+    onto = any(word in ON_COURSE for found in behind for word in found) or ("how", "it") in pairwise(words)
     return [frame for frame in frames if not isinstance(frame, F.Return)] if onto else frames
 
 
-_BACK_ON = re.compile(
-    r"\b(?:back|returns?|rejoins?)(?: (?:on|onto|in|to|for|at|as|the|its|your|our|my|usual|normal|original|planned))*"
-    r" (?:course|track|line|path|route|lane|normal|usual|plan|speed|before|ending|(?:how |way )?it (?:was|is))\b"
-)
+BACK = frozenset("back return returns rejoin rejoins".split())
+LINKING = frozenset("on onto in to for at the its your our my usual normal original planned".split())
+ON_COURSE = frozenset("course track line path route lane plan speed ending".split())
+"""Words for back, those behind them that say nothing more, and those of what is no place to come home to."""
 
 
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
