@@ -22,7 +22,7 @@ _THAT_PART = re.compile(
 _OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*\bthere\b", re.IGNORECASE)
 _ELSE = re.compile(
     r"\b(?:everywhere|anywhere) else\b|\belsewhere\b"
-    r"|(?:\b(?:on|for)|^(?:(?:and|now|then|but),? )*) ?the rest\b"
+    r"|(?:\b(?:on|for)|(?:^|(?<=[.!] ))(?:(?:and|now|then|but),? )*) ?the rest\b"
     r"(?: of (?:the|its|your) (?:way|path|route|trip|run|flight)\b)?(?! of)",
     re.IGNORECASE,
 )

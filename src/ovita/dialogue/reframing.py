@@ -170,6 +170,9 @@ class DialogueState:
         if len(there) > 1:  # "I meant the macaw, not the mongoose"
             kept = {name for result in self.results[-1:] for frame in result.frames for name in frame_objects(frame)}
             there = tuple(item for item in there if item.name in kept)
+        if self.results and not there:  # "make that 4" names nothing, and is about what the turn before named
+            about = {name for frame in self.results[-1].frames for name in frame_objects(frame)}
+            there = tuple(item for item in self.now.scene if item.name in about)
         parts = [frame.part for result in self.results[-1:] for frame in result.frames if frame.part]
         parts = [part for i, part in enumerate(parts) if part not in parts[:i]]
         changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]

@@ -17,6 +17,7 @@ from ovita.instruct.frames import held_by
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
+from ovita.paths.part import PathPart
 
 EXCLUDED = {
     **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
@@ -358,6 +359,24 @@ COMPARING = ("closer", "farther", "inc", "dec")
 """Classes of words behind a length with which it is how much nearer or farther, the last two in one sentence only."""
 
 
+def _exception_left(it: Facts) -> str:
+    """An exception of which nothing is left out: "over the whole route apart from takeoff and landing"."""
+    spared = any(isinstance(frame, F.Keep | F.Avoid | F.NoStop) or _leaves_out(frame.part) for frame in it.frames)
+    word = next(
+        (chunk.text for chunk in it.said if chunk.kind == "except" and SPARING & {*chunk.text.lower().split()}), ""
+    )
+    return "" if spared or not word else f"{word!r} leaves something out."
+
+
+SPARING = frozenset("apart except excepting excluding exception aside".split())
+"""Words of an exception that are nothing else, as "but" and "outside" may be."""
+
+
+def _leaves_out(part: PathPart) -> bool:
+    """Whether a part of the path, or one of those that it is made of, is what is outside another."""
+    return part.kind == "outside" or any(map(_leaves_out, part.parts))
+
+
 def _until_told(it: Facts) -> str:
     """A wait whose end somebody is to tell: "wait there till I wave"."""
     waits = any(frame.duration is None for frame in it.frames_of(F.Wait))
@@ -394,7 +413,7 @@ LEFT = (_number_left, _sign_left, _object_left)
 
 NEVER = (
     asked, _compared, _denied, _one_of_two, _by_or_to, _until_told, _conditional, _thing_moved, _wish_left, _other_deed,
-    _above_lost, _away_lost, _pointed, _without_unit,
+    _above_lost, _away_lost, _pointed, _without_unit, _exception_left,
 )  # fmt: skip
 """What is never done at once, however likely its reading is."""
 

@@ -230,7 +230,9 @@ class Changes:
         matching: How waypoints were paired, as in `paths.correspondence`.
         removed: Runs (first, last) of original waypoints that were taken out.
         added: Runs of waypoints that were put in.
-        path_unchanged, speeds_unchanged, orientations_unchanged: Whether these are the same bit by bit.
+        path_unchanged: Whether the positions are the same bit by bit.
+        speeds_unchanged: Whether the speeds are.
+        orientations_unchanged: Whether the orientations are.
         waypoints: Their number.
         length: Of the path [m].
         duration: Time from start to goal [s].
