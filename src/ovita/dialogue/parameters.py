@@ -162,6 +162,11 @@ ZONE = frozenset("zone area radius within around circle range".split())
 """Words for how far from a thing counts as near it."""
 
 
+def names_zone(said: str) -> bool:
+    """Whether an utterance speaks of such a distance by name: "extend the zone to 400 mm"."""
+    return not {"zone", "radius"}.isdisjoint(said.lower().split())
+
+
 def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     """The new value of a parameter that an utterance calls by its name: "set the influence radius to 1.2"."""
     q, words = stated(said, scene)

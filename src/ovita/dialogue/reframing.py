@@ -19,7 +19,7 @@ from ovita.chain import adapt, rerun, to_confirm
 from ovita.dialogue.doubts import doubted, gives_up_more
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.interpretation import Feedback, Interpretation, frames_in, numbers_of
-from ovita.dialogue.parameters import called, frames_of, scaled, shown, values_after, which
+from ovita.dialogue.parameters import called, frames_of, names_zone, scaled, shown, values_after, which
 from ovita.dialogue.pointing import too_near, with_both, with_name, with_place, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
@@ -226,7 +226,7 @@ class DialogueState:
         reading = read(said, self.now.scene, frames, self.current.positions, self.read)
         if reading is not None and reading.question and self.history.in_force:
             reading = self._of_the_newest(said) or reading
-        if results and not is_certain(self.read(said)):
+        if results and (not is_certain(self.read(said)) or names_zone(said)):
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
                 return Feedback(said, Reading(), frames, first, values, parameters)
