@@ -82,7 +82,7 @@ class Step:
             since the original, since that is what was applied.
         kind: How it came about.
         situation: What the session was about then, or None where it did not change.
-        goes_on: Whether it was said in one breath with the turn before, so that both are taken back together.
+        same_utterance: Whether it was said in one utterance with the turn before, so that both are taken back together.
     """
 
     said: str
@@ -90,7 +90,7 @@ class Step:
     adaptation: Adaptation
     kind: Kind = "said"
     situation: Situation | None = None
-    goes_on: bool = False
+    same_utterance: bool = False
 
     def to_document(self) -> dict[str, Any]:
         """The turn as JSON values."""
@@ -100,7 +100,7 @@ class Step:
             "on": self.feedback_on,
             "situation": None if self.situation is None else self.situation.to_document(),
             "adaptation": self.adaptation.to_document(),
-            **({"goes_on": True} if self.goes_on else {}),
+            **({"same_utterance": True} if self.same_utterance else {}),
         }
 
     @classmethod
@@ -123,7 +123,7 @@ class Step:
             Adaptation.from_document(adaptation, file=file),
             cast(Kind, kind),
             None if situation is None else Situation.from_document(situation, file),
-            document.get("goes_on") is True,
+            document.get("same_utterance") is True,
         )
 
 
@@ -203,10 +203,10 @@ class History:
             self._last[self.parents[turn]] = turn
 
     def back(self) -> int | None:
-        """What undo would go to, or None; what was said in one breath goes together."""
+        """What undo would go to, or None; what was said as one utterance goes together."""
         return None if self.head == ROOT else self._before(self.head)
 
-    def breaths(self, count: int) -> int:
+    def steps_of(self, count: int) -> int:
         """How many steps so many utterances are, counted back from the one in force."""
         here, path = self.head, self.path()
         for _ in range(count):
@@ -214,13 +214,17 @@ class History:
         return len(path) - (path.index(here) + 1 if here != ROOT else 0)
 
     def _before(self, at: int) -> int:
-        while self.steps[at].goes_on and self.parents[at] != ROOT:
+        """The turn before the utterance that a turn belongs to, or `ROOT`."""
+        while self.steps[at].same_utterance and self.parents[at] != ROOT:
             at = self.parents[at]
         return self.parents[at]
 
     def forth(self) -> int | None:
-        """What redo would go to, or None."""
-        return self._last.get(self.head)
+        """What redo would go to, or None; what was said as one utterance comes back together."""
+        there = self._last.get(self.head)
+        while there is not None and (then := self._last.get(there)) is not None and self.steps[then].same_utterance:
+            there = then
+        return there
 
     def situation(self, turn: int) -> Situation:
         """The situation at a turn."""

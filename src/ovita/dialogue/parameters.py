@@ -162,6 +162,10 @@ ZONE = frozenset("zone area radius within around circle range".split())
 """Words for how far from a thing counts as near it."""
 
 
+ENDS = frozenset("start beginning goal end finish".split())
+"""Words for places that are no things, which have a zone of their own."""
+
+
 def names_zone(said: str) -> bool:
     """Whether an utterance speaks of such a distance by name: "extend the zone to 400 mm"."""
     return not {"zone", "radius"}.isdisjoint(said.lower().split())
@@ -176,7 +180,7 @@ def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     shared = {p.name: len({w for w in p.name.lower().split("_") if len(w) > 2} & words) for p in fitting}
     most = max(shared.values(), default=0)
     names = [name for name, count in shared.items() if count == most]
-    if not most and dimension(q.unit) == "m" and not ZONE.isdisjoint(words):
+    if not most and dimension(q.unit) == "m" and not ZONE.isdisjoint(words) and ENDS.isdisjoint(words):
         return {p.name: q.value for p in fitting if p.role == "radius"}
     return {names[0]: q.value} if most and len(names) == 1 else {}
 

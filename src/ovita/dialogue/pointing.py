@@ -23,7 +23,7 @@ _OWN_PLACE = re.compile(r"\b(?:end|goal|finish|start|beginning|middle)\b[^.;!?]*
 _ELSE = re.compile(
     r"\b(?:everywhere|anywhere) else\b|\belsewhere\b"
     r"|(?:\b(?:on|for)|(?:^|(?<=[.!] ))(?:(?:and|now|then|but),? )*) ?the rest\b"
-    r"(?: of (?:the|its|your) (?:way|path|route|trip|run|flight)\b)?(?! of)",
+    r"(?: of (?:the|its|your) (?:way|path|route|trip|run|flight)\b)?(?! of\b| is\b| was\b| are\b| were\b| looks?\b)",
     re.IGNORECASE,
 )
 _ON_THE_WAY = re.compile(r"\b(?:on|along|during) (?:the|its|your) way there\b", re.IGNORECASE)
@@ -80,7 +80,9 @@ def with_name(text: str, name: str, scene: Scene) -> str:
     return _PASSED_IT.sub(rf"\1 the {name}", text)
 
 
-_TOO_NEAR = re.compile(r"\btoo (?:close|near)\b(?! to\b| by\b)", re.IGNORECASE)
+_TOO_NEAR = re.compile(
+    r"\btoo (?:close|near)\b(?= *(?:$|[.,;!?]|as well\b|too\b|again\b|now\b|still\b))", re.IGNORECASE
+)
 
 
 def too_near(text: str, name: str, scene: Scene) -> str:

@@ -96,7 +96,7 @@ def respond(said: str, on: FeedbackOn, state: DialogueState) -> Interpretation:
     losses = state.losses() if said.strip(" ,.!").lower() in KEEP_IT else []
     if losses:
         return state._restored(said, losses)
-    feedback = state._answered(said) or state.heard(said)
+    feedback = state._answered(said) or state.feedback(said)
     if feedback is None:
         return state._instructed(said, on)
     try:
@@ -196,7 +196,7 @@ class DialogueState:
         reading = self.reader(said, scene or self.now.scene, self.current.positions, earlier)
         return replace(reading, frames=with_selection(reading.frames, self.selection))
 
-    def heard(self, said: str) -> Feedback | None:
+    def feedback(self, said: str) -> Feedback | None:
         """Feedback on the last turn; on all turns where they are named or that reads more of the words; or None."""
         results = self.results
         if not results:
@@ -460,7 +460,7 @@ class DialogueState:
         forth = self.history.forth()
         match edit.command:
             case "undo":
-                return self._taken_back(feedback, self.history.breaths(edit.steps))
+                return self._taken_back(feedback, self.history.steps_of(edit.steps))
             case "restart":
                 return self._gone_to(feedback, ROOT, taken)
             case "redo" if forth is not None:

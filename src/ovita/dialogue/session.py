@@ -9,7 +9,6 @@ from threading import Event
 from typing import Any
 
 from ovita.chain import UNCHANGED, another, enforced, rerun
-from ovita.dialogue.breaths import in_turns
 from ovita.dialogue.history import (
     OWN,
     ROOT,
@@ -24,6 +23,7 @@ from ovita.dialogue.history import (
 from ovita.dialogue.interpretation import Interpretation
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
 from ovita.dialogue.reframing import DialogueState, Reader, respond
+from ovita.dialogue.splitting import split_in_turns
 from ovita.errors import RequestError
 from ovita.instruct.rules import read
 from ovita.io.files import Journal
@@ -67,7 +67,7 @@ class Session:
     _refused: tuple[Adaptation, ...] = field(default=(), init=False)
     _open: str = field(default="", init=False)
     _behind: bool = field(default=False, init=False)
-    _goes_on: bool = field(default=False, init=False)
+    _same_utterance: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         known_isolation(self.isolation)
@@ -172,15 +172,18 @@ class Session:
             selection,
             {"isolation": self.isolation, "progress": progress, "cancel": cancel},
         )
-        first, rest = in_turns(instruction, state)
+        first, rest = split_in_turns(instruction, state)
         if first:
             before = self._history.head
-            taken = self.say(first).taken
-            self._goes_on = len(self._history.steps) - 1 == self._history.head != before
+            one = self.say(first, on=on, selection=selection, progress=progress, cancel=cancel)
+            if one.status not in ("done", "limited"):
+                later = f"Nothing is done yet about {rest!r}."  # it would be said of what it is not about
+                return replace(one, warnings=(*one.warnings, later))
+            taken, self._same_utterance = one.taken, self._history.head not in (before, *self._history.path(before))
             try:
                 result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
             finally:
-                self._goes_on = False
+                self._same_utterance = False
             return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
         found = respond(instruction, on, state)
         self._asked = found.asked
@@ -536,8 +539,8 @@ class Session:
         self._pending = None
         before = self._history.situation(self._history.head)
         now = self.situation
-        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now, self._goes_on))
-        self._goes_on = False
+        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now, self._same_utterance))
+        self._same_utterance = False
         if wait:
             self._open = "turn"
         else:

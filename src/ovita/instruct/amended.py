@@ -18,8 +18,8 @@ from ovita.paths.part import WHOLE, PathPart, any_of, near
 def as_said(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
     """Frames with what neither reader sees.
 
-    That is a height below zero, a wait under or beside a thing and not above it, whose distance is multiplied, what
-    holds all along, and a way back that is one to the path.
+    A height below zero; a wait beside or under a thing, not above it; that the distance of every waypoint is
+    multiplied, not the path's; an amount that holds all along; that "back" is back to the path.
     """
     kinds = {chunk.kind for chunk in said}
     below = {then.q.value for sign, then in pairwise(said) if sign.kind == "minus" and then.q}
@@ -67,6 +67,7 @@ def _figure_after(frame: F.SemanticFrame, led: Mapping[str, str], kinds: Contain
 
 
 UNTIL = frozenset(("until", "till", "til", "'til"))
+"""Words for how long something holds."""
 
 
 def _until_past(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
@@ -88,27 +89,35 @@ def _all_along(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequ
     values = {q.value for q in frames[0].quantities.values()}
     for clause in clauses(said):
         kinds = {chunk.kind for chunk in clause}
-        if "whole" in kinds and kinds.isdisjoint(PLACING) and any(c.q and c.q.value in values for c in clause):
+        if "whole" in kinds and kinds.isdisjoint(SAYING_WHERE) and any(c.q and c.q.value in values for c in clause):
             return [replace(frames[0], part=WHOLE)]
     return frames
 
 
-PLACING = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near", "after", "before", "between")
+SAYING_WHERE = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near", "after", "before", "between")
 """Classes of words that say where on the path something is to be."""
 
 
 def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
     """Frames without the way back to the start where what is meant is back to the path: "left, then back on course"."""
     words = " ".join(chunk.text.lower() for chunk in said).split()
-    behind = [[w for w in words[i + 1 :] if w not in LINKING][:1] for i, word in enumerate(words) if word in BACK]
-    onto = any(word in ON_COURSE for found in behind for word in found) or ("how", "it") in pairwise(words)
-    return [frame for frame in frames if not isinstance(frame, F.Return)] if onto else frames
+    behind = [[w for w in words[i + 1 :] if w not in LINKING] for i, word in enumerate(words) if word in BACK]
+    onto = any(not ON_COURSE.isdisjoint(found[:1]) or found[:2] == ["how", "it"] for found in behind)
+    homewards = any(chunk.kind == "start" for chunk in said) or not HOME.isdisjoint(words)
+    return [frame for frame in frames if not isinstance(frame, F.Return)] if onto and not homewards else frames
 
 
 BACK = frozenset("back return returns rejoin rejoins".split())
-LINKING = frozenset("on onto in to for at the its your our my usual normal original planned".split())
-ON_COURSE = frozenset("course track line path route lane plan speed ending".split())
-"""Words for back, those behind them that say nothing more, and those of what is no place to come home to."""
+"""Words for going back, to the start or to the path."""
+
+LINKING = frozenset("on onto in to for the its your our my usual normal original planned".split())
+"""Words behind them that say nothing more."""
+
+ON_COURSE = frozenset("course track line path route lane plan ending".split())
+"""What is no place to come home to."""
+
+HOME = frozenset("home start beginning origin".split())
+"""What is one."""
 
 
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:

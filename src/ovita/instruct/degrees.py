@@ -109,7 +109,8 @@ class Scale:
         reach = max(reach, nice(_gap(apart, reach)))
         passes = [float(apart[a : b + 1].min()) for a, b in runs(apart <= reach)]
         other = min((one for one in passes if one > max(AGAIN * least, reach / 2.0)), default=math.inf)
-        return max(nice(ASIDE * other, up=False), nice(float(around[:2][-1]))) if other < reach else reach
+        second = float(around[:2][-1])  # so that two waypoints are near even so
+        return max(nice(ASIDE * other, up=False), nice(second)) if other < reach else reach
 
 
 def _alongside(positions: Array, core: Cuboid, apart: Array) -> float:

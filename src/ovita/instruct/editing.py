@@ -129,15 +129,12 @@ def apply(
         values: What was realised for slots that the frames leave open, and what a person turned by hand.
     """
     known = tuple(frames)
-    slots = {edit.slot for edit in edits if isinstance(edit, Set)}
+    edits, further_bounds = _bounds_apart(edits, known)
     for edit in edits:
-        if slots >= {"at_least", "at_most"} and isinstance(edit, Set) and (twin := _other_bound(edit, known)):
-            known = (*known, twin)
-            continue
         known = _APPLIED[type(edit)](edit, known, dict(values or {}))
         if isinstance(edit, Restrict):  # what is confined to where the same is asked for already is that
             known = tuple(frame for i, frame in enumerate(known) if frame not in known[:i])
-    return known
+    return (*known, *further_bounds)
 
 
 def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
@@ -327,6 +324,16 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
         q = replace(_in_place_of(old, edit), role=q.role if stated else old.role)
     frame = put(_with(frames[i], degree=None), name, replace(q, unit="") if q.unit == "turns" else q)
     return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
+
+
+def _bounds_apart(edits: Sequence[Edit], frames: Frames) -> tuple[Sequence[Edit], Frames]:
+    """Edits, and frames for bounds on the other side than those that stand, where both bounds are said."""
+    slots = {edit.slot for edit in edits if isinstance(edit, Set)}
+    if not slots >= {"at_least", "at_most"}:
+        return edits, ()
+    twins = {i: _other_bound(edit, frames) for i, edit in enumerate(edits) if isinstance(edit, Set)}
+    found = {i: twin for i, twin in twins.items() if twin is not None}
+    return [edit for i, edit in enumerate(edits) if i not in found], tuple(found.values())
 
 
 def _other_bound(edit: Set, frames: Frames) -> F.SemanticFrame | None:

@@ -430,8 +430,13 @@ LIMITING = frozenset(
 """Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
 
 NEGATIONS = frozenset("never not no don't dont can't cannot mustn't".split())
+"""Those of them that may deny something else."""
+
+COMPARED_TO = frozenset("than more further farther beyond exceed".split())
+"""Words with which a negation is about the distance: "not more than 30 cm away"."""
+
 TOUCHES = frozenset("touch touching hit hitting bump bumping knock knocking brush scratch".split())
-"""Words that a greatest distance has nothing to do with: "come within 10 cm, but don't touch it"."""
+"""Words for what a negation may deny beside a distance: "come within 10 cm, but don't touch it"."""
 
 
 ALWAYS = frozenset(
@@ -446,7 +451,8 @@ def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFram
         return frame  # "on the left, not on the right"
     if isinstance(frame, F.Side) and (not ALWAYS.isdisjoint(words) or ("keep" in words and "on" not in words)):
         return replace(frame, along=True)
-    limiting = LIMITING - (NEGATIONS if not TOUCHES.isdisjoint(words) else frozenset())
+    only_touch = not TOUCHES.isdisjoint(words) and COMPARED_TO.isdisjoint(words)
+    limiting = LIMITING - (NEGATIONS if only_touch else frozenset())
     if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not limiting.isdisjoint(words):
         return replace(frame, along=True)
     return frame

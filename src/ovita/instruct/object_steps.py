@@ -17,7 +17,7 @@ from ovita.paths.part import PathPart
 from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
-from ovita.toolkit.approach import extent, stays
+from ovita.toolkit.approach import extent, keep_distance, stays
 from ovita.toolkit.avoidance import shut
 from ovita.toolkit.speed import stands
 
@@ -236,18 +236,35 @@ def _hold(
 def _uncrowd(builder: PolicyBuilder, items: Sequence[SceneObject], before: Array, metres: float) -> None:
     """Keep clear of others that a way around some objects would come much nearer to, as far as there is room."""
     for other in builder.scene:
-        gap = surface_distance(other, before)
-        for less in CROWDED if gap > 0.0 and other not in items and not is_support(other) else ():
-            least = nice(less * min(ROOM_LEFT * gap, metres / 2.0), up=False)
-            if surface_distance(other, builder.positions) >= least:
-                break
-            aside = f"keep_distance(traj, {builder.ref(other)}, at_least={least:g})"
-            path = builder.after(aside)
-            kept = all(surface_distance(item, path) >= 0.999 * metres for item in items)
-            if kept and surface_distance(other, path) >= 0.99 * least:
-                builder.add(f"traj = {aside}")
-                builder.assume(f"it stays {least:g} m clear of {other.name} for that")
-                break
+        if other in items or is_support(other):
+            continue
+        least = _room_beside(builder, other, items, surface_distance(other, before), metres)
+        if least is not None:
+            builder.add(f"traj = keep_distance(traj, {builder.ref(other)}, at_least={least:g})")
+            builder.assume(f"it stays {least:g} m clear of {other.name} for that")
+
+
+def _room_beside(
+    builder: PolicyBuilder, other: SceneObject, items: Sequence[SceneObject], gap: float, metres: float
+) -> float | None:
+    """How far from another object a way around some can be led so that both keep their distance [m]; None if it is so.
+
+    Args:
+        builder: With the way around the items, so far from their surfaces as `metres`.
+        other: The other object.
+        items: Those that are kept away from.
+        gap: How far from the other one the path was before [m].
+        metres: What is kept from the items [m].
+    """
+    for less in CROWDED if gap > 0.0 else ():
+        least = nice(less * min(ROOM_LEFT * gap, metres / 2.0), up=False)
+        if surface_distance(other, builder.positions) >= least:
+            return None
+        path = keep_distance(builder.rows(), other, at_least=least, frame=builder.scene.frame)[:, :3]
+        kept = all(surface_distance(item, path) >= 0.999 * metres for item in items)
+        if kept and surface_distance(other, path) >= 0.99 * least:
+            return least
+    return None
 
 
 def _come_within(builder: PolicyBuilder, item: SceneObject, metres: float, bound: str, where: str, part: str) -> None:
@@ -499,9 +516,8 @@ def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: floa
     if word not in ("up", "down") and builder.moving <= 1:
         taut = builder.after(f"go_round(traj, {ref}, {word!r}, gap={gap:g})")
         if _is_better(taut, bent, before, item, gap):
-            beside = item.position + axis * (half + gap)
-            within = max(within, nice(1.1 * closest_to_point(taut, beside)[0]))
-            promise = f"expect_visits({ref}, within={within}{place})"
+            plan = f"Go around {item.name}, {OF[word]} it and {gap:g} m off; start and goal stay."
+            promise = f"expect_distance({ref}, at_least={NIPPED} * {name})"
             builder.add(f"traj = go_round(traj, {ref}, {word!r}, gap={name})", plan, promise, ends=builder.stay())
             return
     _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)

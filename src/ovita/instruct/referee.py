@@ -24,16 +24,9 @@ from ovita.instruct.rules import PAUSES
 from ovita.paths.part import WHOLE
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
-
-
 Who = Literal["rules", "learned"]
-
-
 By = Literal["both", "rules", "learned"]
-
-
 Weighed = Mapping[str, float]
-
 
 POINTS = {
     "always": 1.19,
@@ -50,22 +43,17 @@ POINTS = {
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-
 DO, SHOW = 0.83, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
-
 
 WHOLE_READ = 0.56
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
-
 AGAINST_WHOLE = 0.88
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
-
 CERTAIN = 0.93
 """How likely a reading has to be for words that it leaves not to matter, however few there are."""
-
 
 CURT, DOUBTED = 5, 10
 """Chunks of an utterance that is so short that every word of it counts, and that every doubt about it does."""

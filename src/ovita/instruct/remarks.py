@@ -37,8 +37,7 @@ SMALL = frozenset(
 GAPS = SKIPPED | {"all", "back", "right"}
 
 SHORT = (
-    ("’", "'"), (" the drop ", " the lowering "), (" the drop.", " the lowering."),
-    ("n't", " not"), ("'s ", " is "), ("'ll", " "), ("'d ", " "), ("'re", " "), ("'ve", " "), ("'m ", " "),
+    ("’", "'"), ("n't", " not"), ("'s ", " is "), ("'ll", " "), ("'d ", " "), ("'re", " "), ("'ve", " "), ("'m ", " "),
 )  # fmt: skip
 ADJECTIVES = {
     **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"),

@@ -157,9 +157,8 @@ class _Task:
     def problem(self, options: ConstraintOptions, level: float | None = None) -> PathProblem:
         """The path's part of the problem, on the plane z = level [m] if it is given."""
         lower, upper = bounds(self.robot)
-        heights = self.proposed.positions[:, 2]
-        if self.scene.frame.direction("up")[2] > 0.5 and heights.min() >= 0.0:  # nothing is put right underground
-            lower[2] = max(lower[2], 0.0)
+        if self._stays_above_ground(lower, upper, level):
+            lower[2] = 0.0
         if level is not None and lower[2] <= level <= upper[2]:
             lower[2] = upper[2] = level
         empty = lower > upper  # margins that eat the workspace up: its middle is the best effort
@@ -176,6 +175,12 @@ class _Task:
             pins=options.pins(len(self.proposed)),
             rows=tuple(c.rows for c in options.custom if not isinstance(c, KeepOut | ConvexSet)),
         )
+
+    def _stays_above_ground(self, lower: Array, upper: Array, level: float | None) -> bool:
+        """Whether z = 0 is the floor where no workspace has one, so that nothing is put right underground."""
+        upright = self.scene.frame.direction("up")[2] > 0.5
+        above = self.proposed.positions[:, 2].min() >= 0.0 and upper[2] > 0.0 and (level is None or level >= 0.0)
+        return bool(upright and above and np.isneginf(lower[2]))
 
     def bodies(self, options: ConstraintOptions) -> list[Obstacle]:
         """What every segment must stay out of."""

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ovita.paths.geometry import Cuboid, fractions, lengths
+from ovita.paths.geometry import Cuboid, Mask, fractions, lengths
 from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, arc_length
 from ovita.toolkit import arguments
@@ -127,7 +127,8 @@ def go_round(
     """Replace the stretch that passes an object by a taut way around it on a side; heights stay.
 
     It leaves the path and comes back to it where that is shortest and turns least, between the stops on either side,
-    and keeps so far from the object, seen from above. Where it passes there already, or no way leads around, all stays.
+    and keeps so far from the object, seen from above. Only the nearest pass is led around. Where that is on the side
+    already, or no way leads around with the waypoints that there are, all stays.
 
     Args:
         side: Direction word of the side on which to pass, seen from the object: "left", "right", "front" or "back".
@@ -135,26 +136,61 @@ def go_round(
     """
     rows = arguments.waypoints(traj)
     path, up, aside = rows[:, :3], frame.direction("up"), arguments.direction(frame, side)
-    body = around(obj, arguments.number(gap, "gap", low=0.0))
     if abs(aside @ up) > ROUNDING:
         raise ValueError(f"side must be level, not {side!r}: go_through(traj, obj, up=...) passes above it")
+    body = around(obj, arguments.number(gap, "gap", low=0.0))
     plane = np.array([np.cross(aside, up), aside])  # seen from above, towards the side
-    flat, outline = path @ plane.T, _outline(body, plane)
     nearest = int(body.depth(path).argmin())
     first, last = _between_stops(rows, nearest)
-    if body.closest(path)[0] >= 0.0 and _passes_above(flat[first : last + 1] - body.center @ plane.T):
+    stretch, centre = path[first : last + 1], body.center @ plane.T
+    flat, outline = stretch @ plane.T, _outline(body, plane)
+    if _clear_of(outline, flat) and _passes_above(flat - centre):
         return rows
-    way = _way_round(flat[first : last + 1], nearest - first, outline, body.center @ plane.T)
-    if way is None:
-        return rows
-    a, b, rope = first + way[0], first + way[1], way[2]
-    count, length = b - a + 1, arc_length(rope)
-    even = np.linspace(0.0, length[-1], count)
-    level = np.column_stack([np.interp(even, length, rope[:, k]) for k in range(2)]) @ plane
-    heights = np.interp(np.linspace(0.0, 1.0, count), fractions(path[a : b + 1]), path[a : b + 1] @ up)
-    moved = path.copy()
-    moved[a + 1 : b] = (level + heights[:, None] * up)[1:-1]
-    return followed(rows, moved, np.ones(len(rows), dtype=bool), arguments.share(ease, "ease"))
+    for wider in WIDER:  # chords between few waypoints cut corners
+        way = _way_round(
+            flat, nearest - first, _outline(replace(body, radius=body.radius + wider * _reach(body)), plane), centre
+        )
+        if way is None:
+            break
+        a, b, rope = way
+        count, length = b - a + 1, arc_length(rope)
+        even = np.linspace(0.0, length[-1], count)
+        level = np.column_stack([np.interp(even, length, rope[:, k]) for k in range(2)])
+        if _clear_of(outline, level):
+            heights = np.interp(np.linspace(0.0, 1.0, count), fractions(stretch[a : b + 1]), stretch[a : b + 1] @ up)
+            moved = path.copy()
+            moved[first + a + 1 : first + b] = (level @ plane + heights[:, None] * up)[1:-1]
+            return followed(rows, moved, np.ones(len(rows), dtype=bool), arguments.share(ease, "ease"))
+    return rows
+
+
+WIDER = (0.0, 0.05, 0.15, 0.4, 1.0)
+"""Shares of an object's size by which a way goes farther around it, until none of its segments comes too near."""
+
+SAMPLES = np.linspace(0.0, 1.0, 9)[:, None, None]
+"""Where each segment of a way is looked at."""
+
+
+def _reach(body: Cuboid) -> float:
+    """The size of a body [m]."""
+    return float(2.0 * body.half.max() + body.radius)
+
+
+def _clear_of(outline: Array, way: Array) -> bool:
+    """Whether no segment of a way (C, 2) comes into an outline (K, 2)."""
+    points = ((1.0 - SAMPLES) * way[:-1] + SAMPLES * way[1:]).reshape(-1, 2)
+    return not _within(outline, points, NICKED * float(np.ptp(outline, axis=0).mean())).any()
+
+
+NICKED = 0.01
+"""How far a way may come into an outline, as a share of its size."""
+
+
+def _within(outline: Array, points: Array, by: float = 0.0) -> Mask:
+    """Which points (M, 2) are in a convex outline (K, 2), counterclockwise, by more than so much [m]."""
+    edges = np.roll(outline, -1, axis=0) - outline
+    sizes = np.maximum(np.linalg.norm(edges, axis=1), ROUNDING)
+    return np.asarray((_cross(edges / sizes[:, None], points[:, None] - outline) > by).all(axis=1))
 
 
 ROUND = 64
@@ -170,6 +206,7 @@ OWN, CORNERS = 0.25, 0.3
 """What a metre of the path that is left out counts, and a radian of a corner where a way leaves it, in outlines."""
 
 _SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+"""The corners of a cuboid, in half edges."""
 
 
 def _outline(body: Cuboid, plane: Array) -> Array:
@@ -207,15 +244,16 @@ def _way_round(path: Array, nearest: int, outline: Array, centre: Array) -> tupl
 
 def _ropes(path: Array, nearest: int, outline: Array) -> Iterator[tuple[float, int, int, Array]]:
     """Taut ways past a waypoint of a path (N, 2) [m] that keep an outline (K, 2) to their left, each with its cost."""
-    inside = (_cross(np.roll(outline, -1, axis=0) - outline, path[:, None] - outline) >= 0.0).all(axis=1)
-    free = np.flatnonzero(~inside)
+    free = np.flatnonzero(~_within(outline, path))
     tried = free[np.unique(np.linspace(0, len(free) - 1, CANDIDATES).round().astype(int))] if len(free) else free
     seen, ahead = outline - path[tried, None], outline.mean(axis=0) - path[tried]
     angles = np.arctan2(_cross(ahead[:, None], seen), (ahead[:, None] * seen).sum(axis=2))
     onto, off = angles.argmin(axis=1), angles.argmax(axis=1)  # where a rope touches the outline, and where it leaves it
     s, size = arc_length(path), float(np.ptp(outline, axis=0).mean())
-    for i, j in product(np.flatnonzero(tried < nearest), np.flatnonzero(tried > nearest)):
+    for i, j in product(np.flatnonzero(tried <= nearest), np.flatnonzero(tried >= nearest)):
         a, b = int(tried[i]), int(tried[j])
+        if a == b:
+            continue
         rope = _rope(path[a], path[b], outline, int(onto[i]), int(off[j]))
         if rope is not None:
             corners = _turn(path, a, rope[1] - rope[0]) + _turn(path, b, rope[-1] - rope[-2])

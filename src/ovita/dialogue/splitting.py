@@ -13,30 +13,37 @@ from ovita.instruct.frames import SemanticFrame, name_of
 from ovita.instruct.understanding import understand
 
 
-def in_turns(said: str, state: DialogueState) -> tuple[str, str]:
+def split_in_turns(said: str, state: DialogueState) -> tuple[str, str]:
     """What an utterance asks for first, and after that; "" and all of it where it is one turn.
 
     "Undo that and go left by 0.1", "make that 4 seconds, and slow down there as well": the first is feedback that takes
-    a step back, or that only by itself is read in full.
+    a step back, or that only by itself is read in full. Nothing is split behind a first part that is read by itself
+    while what follows is not: that would lose words of it.
     """
     if not state.results:
         return "", said
     said = state.named(said)
     found, _ = chunks(said, state.now.scene, state.current.positions)
-    whole = _kinds(_asked_for(said, state))
     for before, pause, after in zip(found, found[1:], found[2:], strict=False):
         if pause.kind not in PAUSES or before.kind in PAUSES or pause.text == ":" or (before.q and after.q):
             continue
         first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
         if _steps_back(first, state) and _asks_anew(rest, state):
             return first, rest
-        asked = _asked_for(rest, state)
-        one, two = _kinds(_asked_for(first, state)), _kinds(asked)
-        if whole and _says_no_more(asked, state.results[-1].frames):
-            continue
-        if one and two and one <= BY_ITSELF and two.isdisjoint(one | {"Command", "Again"}) and whole != one | two:
-            return first, rest
+        one = _kinds(_asked_for(first, state))
+        if one and one <= BY_ITSELF:
+            return (first, rest) if _is_another(rest, one, said, state) else ("", said)
     return "", said
+
+
+def _is_another(rest: str, one: set[str], said: str, state: DialogueState) -> bool:
+    """Whether the rest of an utterance is a wish of its own, which the whole of it is not read as."""
+    asked = _asked_for(rest, state)
+    two = _kinds(asked)
+    if not two or not two.isdisjoint(one | {"Command", "Again"}):
+        return False
+    whole = _kinds(_asked_for(said, state))
+    return whole != one | two and not (whole and _says_no_more(asked, state.results[-1].frames))
 
 
 PAUSES = ("and", "comma", "dot")
@@ -63,7 +70,7 @@ def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, .
     """
     if not said.strip(" ,."):
         return ()
-    if (found := state.heard(said)) is not None:
+    if (found := state.feedback(said)) is not None:
         drops = any(isinstance(edit, Drop) for edit in found.edits)
         sure = found.parameters is None and not found.reading.unread and not found.reading.question
         sure = sure and not DENIED & {*said.lower().replace(",", " ").split()}
