@@ -80,7 +80,7 @@ def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, .
         wish = state.read(said)
         return wish.frames if is_certain(wish) else ()
     verdict = understand(said, state.now.scene, state.current)
-    return verdict.reading.frames if verdict.outcome == "do" and not verdict.doubts else ()
+    return verdict.reading.frames if verdict.outcome == "do" and not (verdict.doubts or verdict.unused) else ()
 
 
 DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))

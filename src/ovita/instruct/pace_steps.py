@@ -34,6 +34,8 @@ class _Speed:
         where, self.part = builder.part(frame.part)
         self.argument, self.promised = argument(where), f"where={where}" if where else ""
         self.mask, self.all = builder.waypoints(frame.part), builder.trajectory.speeds
+        if frame.change in ("rampup", "rampdown") and len(rows := builder.rows()) == len(self.all):
+            self.all = rows[:, 3]  # from and to what another step has made of it
         self.chosen = self.all[self.mask] if self.mask.any() else self.all
         moving = self.all[self.all > 0]
         self.mean = float(moving.mean()) if len(moving) else 0.0
