@@ -22,15 +22,26 @@ FAR = 3.0
 
 def gives_up_more(feedback: Feedback, turns: Sequence[Adaptation]) -> bool:
     """Whether all of some turns would be taken back though the words name some of it only, or another change."""
-    back = [edit for edit in feedback.edits if isinstance(edit, Command) and edit.command in ("undo", "restart")]
-    drops = [edit for edit in feedback.edits if isinstance(edit, Drop) and not edit.on]
-    if not (back or drops):
+    kept = _stays(feedback, turns)
+    if kept is None or not turns:
         return False
     frames = frames_in(turns)
-    kept = frames_in(turns[: feedback.first if drops else len(turns) - 1])
-    begin = 0 if back and back[0].command == "restart" else len(kept)
-    named = {*named_frames(feedback.said, turns[-1].scene, frames)} if turns else set()
-    return bool(named) and named != {*range(begin, len(frames))}
+    named = {*named_frames(feedback.said, turns[-1].scene, frames)}
+    return bool(named) and named != {*range(kept, len(frames))}
+
+
+def _stays(feedback: Feedback, turns: Sequence[Adaptation]) -> int | None:
+    """How many frames stay where turns are taken back as a whole; None where none are."""
+    steps = [edit.command for edit in feedback.edits if isinstance(edit, Command) and edit.command in GOING_BACK]
+    if any(isinstance(edit, Drop) and not edit.on for edit in feedback.edits):
+        return 0 if steps[:1] == ["restart"] else len(frames_in(turns[: feedback.first]))
+    if not steps:
+        return None
+    return 0 if steps[0] == "restart" else len(frames_in(turns[:-1]))
+
+
+GOING_BACK = ("undo", "restart")
+"""Commands that take turns back."""
 
 
 def doubted(feedback: Feedback, before: Sequence[Adaptation], result: Adaptation) -> str:
@@ -64,10 +75,14 @@ def _odd_number(feedback: Feedback, edit: Set, before: Sequence[Adaptation], res
 
 def _far(said: Sequence[Chunk], before: Sequence[Adaptation], result: Adaptation) -> str:
     """That a bare number among unknown words is far from what it was, or ""."""
-    if any(chunk.q is not None and chunk.q.unit for chunk in said) or all(c.kind != "unknown" for c in said):
+    stated = any(chunk.q is not None and chunk.q.unit for chunk in said)
+    if stated or all(chunk.kind != "unknown" for chunk in said):
         return ""
     old = numbers_of(before[-1]) if before else {}
-    for name, new in numbers_of(result).items():
-        if old.get(name) and new and not 1 / FAR <= abs(new / old[name]) <= FAR:
-            return f"{number(new)} is far from what it was."
-    return ""
+    far = (new for name, new in numbers_of(result).items() if _is_far(new, old.get(name, 0.0)))
+    return next((f"{number(new)} is far from what it was." for new in far), "")
+
+
+def _is_far(new: float, old: float) -> bool:
+    """Whether a number is many times as much as another one, or as little."""
+    return bool(new and old) and not 1 / FAR <= abs(new / old) <= FAR

@@ -180,9 +180,14 @@ def called(said: str, result: Adaptation, scene: Scene) -> dict[str, float]:
     shared = {p.name: len({w for w in p.name.lower().split("_") if len(w) > 2} & words) for p in fitting}
     most = max(shared.values(), default=0)
     names = [name for name, count in shared.items() if count == most]
-    if not most and dimension(q.unit) == "m" and not ZONE.isdisjoint(words) and ENDS.isdisjoint(words):
-        return {p.name: q.value for p in fitting if p.role == "radius"}
-    return {names[0]: q.value} if most and len(names) == 1 else {}
+    if not most:
+        return {p.name: q.value for p in fitting if p.role == "radius"} if _is_zone(q, words) else {}
+    return {names[0]: q.value} if len(names) == 1 else {}
+
+
+def _is_zone(q: F.Quantity, words: set[str]) -> bool:
+    """Whether a length is how far from a thing counts as near it."""
+    return dimension(q.unit) == "m" and not ZONE.isdisjoint(words) and ENDS.isdisjoint(words)
 
 
 def scaled(edit: Rescale, frames: Sequence[F.SemanticFrame], parameters: Sequence[Parameter]) -> dict[str, float | int]:

@@ -5,7 +5,54 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ovita.paths.scene import Scene
+from ovita.instruct.feedback import named_objects
+from ovita.instruct.frames import Approach, Clearance, SemanticFrame, Visit, frame_objects
+from ovita.paths.part import PathPart
+from ovita.paths.scene import Scene, SceneObject
+
+WORDED = ("near", "first", "last", "middle", "after", "before", "between", "turns")
+"""Kinds of parts of which the words are those that a person would say."""
+
+
+def spelt_out(text: str, before: str, turns: Sequence[Sequence[SemanticFrame]], scene: Scene) -> str:
+    """An utterance with names for what "it", "there" and "both of them" point at.
+
+    Args:
+        text: What is said.
+        before: What was said last.
+        turns: The frames of each turn in force, oldest first.
+        scene: Whose objects it may name.
+    """
+    if not turns:
+        return text
+    text = _with_its_place(text, before, turns[-1], scene)
+    everything = dict.fromkeys(name for frames in turns for frame in frames for name in frame_objects(frame))
+    text = with_both(text, [*everything][-2:], scene)
+    named = {name for frame in turns[-1] for name in frame.named}
+    text = with_name(text, named.pop(), scene) if len(named) == 1 else text
+    about = {name for frame in turns[-1] for name in frame_objects(frame)}
+    nearing = any(isinstance(frame, Approach | Clearance | Visit) for frame in turns[-1])
+    return too_near(text, about.pop(), scene) if len(about) == 1 and not nearing else text
+
+
+def _with_its_place(text: str, before: str, frames: Sequence[SemanticFrame], scene: Scene) -> str:
+    """An utterance with the one part of the path, or the one object, of the last turn for its "there"."""
+    there, parts = _things(before, frames, scene), list[PathPart]()
+    parts += [part for frame in frames if (part := frame.part) and part not in parts]
+    told = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
+    if len(parts) == len(told) == 1:
+        return with_place(text, told[0].words(), scene)
+    return with_place(text, f"at the {there[0].name}", scene) if len(there) == 1 else text
+
+
+def _things(before: str, frames: Sequence[SemanticFrame], scene: Scene) -> tuple[SceneObject, ...]:
+    """The objects that were named last; where that was several, or none, those that the last turn is about."""
+    there = named_objects(before, scene)
+    about = {name for frame in frames for name in frame_objects(frame)}
+    if len(there) == 1:
+        return there
+    return tuple(item for item in there or scene if item.name in about)
+
 
 _THERE = re.compile(
     r"(?P<do>\b(?:wait|stop|pause|hover|hold|stay|linger|dwell|rest|remain|hang"

@@ -20,7 +20,7 @@ from ovita.dialogue.doubts import doubted, gives_up_more
 from ovita.dialogue.history import ROOT, History, Kind, Situation
 from ovita.dialogue.interpretation import Feedback, Interpretation, frames_in, numbers_of
 from ovita.dialogue.parameters import called, frames_of, names_zone, scaled, shown, values_after, which
-from ovita.dialogue.pointing import too_near, with_both, with_name, with_place, with_thing
+from ovita.dialogue.pointing import spelt_out, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.editing import apply, realised_values
@@ -28,15 +28,11 @@ from ovita.instruct.edits import Again, Also, Command, Edit, Except, Rescale, Se
 from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
 from ovita.instruct.frames import (
     SPOTS,
-    Approach,
-    Clearance,
     Keep,
     Quantity,
     Reading,
     SemanticFrame,
     Smooth,
-    Visit,
-    frame_objects,
     name_of,
     with_selection,
 )
@@ -71,9 +67,6 @@ BRIEF = 4
 
 BETWEEN = frozenset("between halfway middle quite".split())
 """Words for less than all of the way back to what was before the last correction."""
-
-WORDED = ("near", "first", "last", "middle", "after", "before", "between", "turns")
-"""Kinds of parts of which the words are those that a person would say."""
 
 WHAT_GOES = "What should be taken back? 'Undo' is the last turn; or name it, such as 'forget the shift'."
 """The question where words give up more than they name."""
@@ -165,29 +158,9 @@ class DialogueState:
         return lost(self.results[:-1], before, self.results[-1], scene=scene)
 
     def named(self, said: str) -> str:
-        """What was said, with the one object of the last turn for an "it" that is a thing, and for a "there"."""
-        there = named_objects(self.history.steps[self.history.head].said, self.now.scene) if self.results else ()
-        if len(there) > 1:  # "I meant the macaw, not the mongoose"
-            kept = {name for result in self.results[-1:] for frame in result.frames for name in frame_objects(frame)}
-            there = tuple(item for item in there if item.name in kept)
-        if self.results and not there:  # "make that 4" names nothing, and is about what the turn before named
-            about = {name for frame in self.results[-1].frames for name in frame_objects(frame)}
-            there = tuple(item for item in self.now.scene if item.name in about)
-        parts = [frame.part for result in self.results[-1:] for frame in result.frames if frame.part]
-        parts = [part for i, part in enumerate(parts) if part not in parts[:i]]
-        changed = [part for part in parts if part.kind in WORDED and (part.kind != "near" or not there)]
-        if len(parts) == len(changed) == 1:
-            said = with_place(said, changed[0].words(), self.now.scene)
-        elif len(there) == 1:
-            said = with_place(said, f"at the {there[0].name}", self.now.scene)
-        everything = [name for frame in frames_in(self.results) for name in frame_objects(frame)]
-        said = with_both(said, [*dict.fromkeys(everything)][-2:], self.now.scene)
-        names = {name for result in self.results[-1:] for frame in result.frames for name in frame.named}
-        said = with_name(said, next(iter(names)), self.now.scene) if len(names) == 1 else said
-        last = [frame for result in self.results[-1:] for frame in result.frames]
-        about = {name for frame in last for name in frame_objects(frame)}
-        nearing = any(isinstance(frame, Approach | Clearance | Visit) for frame in last)
-        return too_near(said, about.pop(), self.now.scene) if len(about) == 1 and not nearing else said
+        """What was said, with names for what "it", "there" and "both of them" point at."""
+        before = self.history.steps[self.history.head].said if self.results else ""
+        return spelt_out(said, before, [result.frames for result in self.results], self.now.scene)
 
     # Reading.
 
@@ -281,12 +254,18 @@ class DialogueState:
         if not (self.asked and self.offline):
             return ()
         named = named_objects(said, self.now.scene)
-        if not named and len(said.split()) <= BRIEF:
-            verdict = understand(f"{self.asked.rstrip(' .!?')} {said}", self.now.scene, self.current)
-            return verdict.reading.frames if verdict.outcome == "do" and not verdict.unused else ()
-        if len(named) != 1:
-            return ()
-        name, called = named[0].name, _called(named[0].name)
+        if len(named) == 1:
+            return self._with_thing(named[0].name)
+        return self._together(said) if not named and len(said.split()) <= BRIEF else ()
+
+    def _together(self, said: str) -> tuple[SemanticFrame, ...]:
+        """The frames of what led to a question, said together with its answer: "move it by 10 cm", "to the right"."""
+        verdict = understand(f"{self.asked.rstrip(' .!?')} {said}", self.now.scene, self.current)
+        return verdict.reading.frames if verdict.outcome == "do" and not verdict.unused else ()
+
+    def _with_thing(self, name: str) -> tuple[SemanticFrame, ...]:
+        """The frames of what led to a question with an object in place of what it left open, or of all of its kind."""
+        called = _called(name)
         rest = tuple(item for item in self.now.scene if item.name == name or called.isdisjoint(_called(item.name)))
         reading = self.read(self.asked, scene=replace(self.now.scene, objects=rest))
         told = (self.read(text) for text in with_thing(self.asked, name))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from ovita.dialogue.interpretation import frames_in
+from ovita.dialogue.interpretation import Feedback, frames_in
 from ovita.dialogue.reframing import DialogueState, is_certain
 from ovita.instruct.chunks import chunks
 from ovita.instruct.edits import Also, Command, Drop, Edit, Rescale, Set
@@ -23,17 +23,22 @@ def split_in_turns(said: str, state: DialogueState) -> tuple[str, str]:
     if not state.results:
         return "", said
     said = state.named(said)
-    found, _ = chunks(said, state.now.scene, state.current.positions)
-    for before, pause, after in zip(found, found[1:], found[2:], strict=False):
-        if pause.kind not in PAUSES or before.kind in PAUSES or pause.text == ":" or (before.q and after.q):
-            continue
-        first, rest = said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
+    for first, rest in _halves(said, state):
         if _steps_back(first, state) and _asks_anew(rest, state):
             return first, rest
         one = _kinds(_asked_for(first, state))
         if one and one <= BY_ITSELF:
             return (first, rest) if _is_another(rest, one, said, state) else ("", said)
     return "", said
+
+
+def _halves(said: str, state: DialogueState) -> Iterator[tuple[str, str]]:
+    """An utterance cut at each of its pauses, but between numbers."""
+    found, _ = chunks(said, state.now.scene, state.current.positions)
+    for before, pause, after in zip(found, found[1:], found[2:], strict=False):
+        pauses = pause.kind in PAUSES and before.kind not in PAUSES and pause.text != ":"
+        if pauses and not (before.q and after.q):
+            yield said[: pause.span[0]], said[pause.span[1] :].lstrip(" ,.;").removeprefix("and ")
 
 
 def _is_another(rest: str, one: set[str], said: str, state: DialogueState) -> bool:
@@ -59,28 +64,37 @@ SURE = 0.7
 def _says_no_more(asked: Sequence[Edit | SemanticFrame], before: Sequence[SemanticFrame]) -> bool:
     """Whether frames say nothing that those before do not, and not where: "slower, like a snail"."""
     known = {type(frame) for frame in before}
-    bare = [one for one in asked if isinstance(one, SemanticFrame) and not (one.part or one.named or one.quantities)]
-    return bool(bare) and len(bare) == len(asked) and {type(frame) for frame in bare} <= known
+    return bool(asked) and all(type(one) in known and _is_bare(one) for one in asked)
+
+
+def _is_bare(one: Edit | SemanticFrame) -> bool:
+    """Whether a frame says neither where nor how much."""
+    return isinstance(one, SemanticFrame) and not (one.part or one.named or one.quantities)
 
 
 def _asked_for(said: str, state: DialogueState) -> tuple[Edit | SemanticFrame, ...]:
-    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction.
-
-    What is dropped, or only denied, the rules have to read so, too.
-    """
+    """The edits, or the frames, of an utterance, where it is read in full as feedback, or as an instruction."""
     if not said.strip(" ,."):
         return ()
-    if (found := state.feedback(said)) is not None:
-        drops = any(isinstance(edit, Drop) for edit in found.edits)
-        sure = found.parameters is None and not found.reading.unread and not found.reading.question
-        sure = sure and not DENIED & {*said.lower().replace(",", " ").split()}
-        sure = sure and (not drops or _by_rules(said, state) == found.edits)
-        return found.edits if sure and found.reading.confidence >= SURE else ()
+    found = state.feedback(said)
+    if found is not None:
+        return found.edits if _is_sure(found, said, state) else ()
     if not state.offline:
         wish = state.read(said)
         return wish.frames if is_certain(wish) else ()
     verdict = understand(said, state.now.scene, state.current)
-    return verdict.reading.frames if verdict.outcome == "do" and not (verdict.doubts or verdict.unused) else ()
+    open_ = verdict.outcome != "do" or verdict.doubts or verdict.unused
+    return () if open_ else verdict.reading.frames
+
+
+def _is_sure(found: Feedback, said: str, state: DialogueState) -> bool:
+    """Whether all of an utterance is feedback that corrects nothing; what is dropped the rules have to read so, too."""
+    reading = found.reading
+    if found.parameters is not None or reading.unread or reading.question or reading.confidence < SURE:
+        return False
+    if DENIED & {*said.lower().replace(",", " ").replace(".", " ").split()}:
+        return False
+    return not any(isinstance(edit, Drop) for edit in found.edits) or _by_rules(said, state) == found.edits
 
 
 DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))

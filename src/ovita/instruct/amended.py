@@ -44,10 +44,14 @@ def in_places(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
 
 def _led_by(said: Sequence[Chunk]) -> dict[str, str]:
     """The class of the word before each object that is named once."""
-    row = [chunk for chunk in said if chunk.kind != "filler"]
-    often = Counter(name for chunk in row for name in chunk.names)
-    led = {name: word.kind for word, thing in pairwise(row) if thing.kind == "OBJ" for name in thing.names}
-    return {name: kind for name, kind in led.items() if often[name] == 1}
+    often = Counter(name for chunk in said for name in chunk.names)
+    led = ((word.kind, thing) for word, thing in pairwise(_without_fillers(said)) if thing.kind == "OBJ")
+    return {name: kind for kind, thing in led for name in thing.names if often[name] == 1}
+
+
+def _without_fillers(said: Sequence[Chunk]) -> list[Chunk]:
+    """The chunks that say something."""
+    return [chunk for chunk in said if chunk.kind not in ("filler", "unknown")]
 
 
 def _at_its_height(frame: F.SemanticFrame, led: Mapping[str, str]) -> F.SemanticFrame:
@@ -74,7 +78,7 @@ def _until_past(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFram
     """What holds before a thing as what holds beside it too: "slower until it is past the bed"."""
     if frame.part.kind != "before":
         return frame
-    row = [chunk for chunk in said if chunk.kind not in ("filler", "unknown")]
+    row = _without_fillers(said)
     for until, past, thing in zip(row, row[1:], row[2:], strict=False):
         passed = past.kind in ("past", "pass", "after", "farther") and thing.names == frame.part.places
         if passed and until.text.lower() in UNTIL:
@@ -87,11 +91,15 @@ def _all_along(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequ
     if len(frames) != 1 or frames[0].part.kind not in ("middle", "first", "last"):
         return frames
     values = {q.value for q in frames[0].quantities.values()}
-    for clause in clauses(said):
-        kinds = {chunk.kind for chunk in clause}
-        if "whole" in kinds and kinds.isdisjoint(SAYING_WHERE) and any(c.q and c.q.value in values for c in clause):
-            return [replace(frames[0], part=WHOLE)]
-    return frames
+    whole = any(_says_all_along(clause, values) for clause in clauses(said))
+    return [replace(frames[0], part=WHOLE)] if whole else frames
+
+
+def _says_all_along(clause: Sequence[Chunk], values: Container[float]) -> bool:
+    """Whether a clause says an amount for the whole way, and no place."""
+    kinds = {chunk.kind for chunk in clause}
+    amount = any(chunk.q is not None and chunk.q.value in values for chunk in clause)
+    return amount and "whole" in kinds and kinds.isdisjoint(SAYING_WHERE)
 
 
 SAYING_WHERE = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near", "after", "before", "between")
@@ -100,11 +108,22 @@ SAYING_WHERE = ("middle", "start", "goal", "nth", "half", "third", "quarter", "n
 
 def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
     """Frames without the way back to the start where what is meant is back to the path: "left, then back on course"."""
+    returns = [frame for frame in frames if isinstance(frame, F.Return)]
     words = " ".join(chunk.text.lower() for chunk in said).split()
-    behind = [[w for w in words[i + 1 :] if w not in LINKING] for i, word in enumerate(words) if word in BACK]
-    onto = any(not ON_COURSE.isdisjoint(found[:1]) or found[:2] == ["how", "it"] for found in behind)
-    homewards = any(chunk.kind == "start" for chunk in said) or not HOME.isdisjoint(words)
-    return [frame for frame in frames if not isinstance(frame, F.Return)] if onto and not homewards else frames
+    homewards = not HOME.isdisjoint(words) or "start" in {chunk.kind for chunk in said}
+    if not returns or homewards or not any(map(_is_on_course, _behind_back(words))):
+        return frames
+    return [frame for frame in frames if frame not in returns]
+
+
+def _behind_back(words: Sequence[str]) -> list[list[str]]:
+    """What is behind each word for going back, without words that say nothing more."""
+    return [[w for w in words[i + 1 :] if w not in LINKING] for i, word in enumerate(words) if word in BACK]
+
+
+def _is_on_course(words: Sequence[str]) -> bool:
+    """Whether words begin with what is no place to come home to: "course", "how it was"."""
+    return not ON_COURSE.isdisjoint(words[:1]) or [*words[:2]] == ["how", "it"]
 
 
 BACK = frozenset("back return returns rejoin rejoins".split())

@@ -361,11 +361,15 @@ COMPARING = ("closer", "farther", "inc", "dec")
 
 def _exception_left(it: Facts) -> str:
     """An exception of which nothing is left out: "over the whole route apart from takeoff and landing"."""
-    spared = any(isinstance(frame, F.Keep | F.Avoid | F.NoStop) or _leaves_out(frame.part) for frame in it.frames)
-    word = next(
-        (chunk.text for chunk in it.said if chunk.kind == "except" and SPARING & {*chunk.text.lower().split()}), ""
-    )
-    return "" if spared or not word else f"{word!r} leaves something out."
+    words = [chunk.text for chunk in it.said if chunk.kind == "except" and SPARING & {*chunk.text.lower().split()}]
+    whole = {type(frame) for frame in it.frames if not frame.part}
+    apart = any(frame.part and type(frame) in whole for frame in it.frames)  # "2 m/s, except near the goal, there 1"
+    return "" if not words or apart or any(map(_spares, it.frames)) else f"{words[0]!r} leaves something out."
+
+
+def _spares(frame: F.SemanticFrame) -> bool:
+    """Whether a frame leaves something as it is."""
+    return isinstance(frame, F.Keep | F.Avoid | F.NoStop) or _leaves_out(frame.part)
 
 
 SPARING = frozenset("apart except excepting excluding exception aside".split())

@@ -177,12 +177,19 @@ def places_instead(said: Remark) -> Iterator[Candidate]:
 def left_out(said: Remark) -> Iterator[Candidate]:
     """Without one of the things that it is near: "not at the piano" of what is slower at the piano and the table."""
     things, no = [p for p in said.active if p.items], said.cued("not", "except")
-    names = _items(things)
-    for i, frame in enumerate(said.before if no and len(names) == 1 else ()):
-        places = {place for part in frame.part.parts for place in part.places} if frame.part.kind == "either" else set()
-        if set(names) < places and all(map(said.negated, things)):
+    names = {*_items(things)}
+    if len(names) != 1 or not no or not all(map(said.negated, things)):
+        return
+    for i, frame in enumerate(said.before):
+        if names < _near_any_of(frame.part):
             used = (*things, *no, *said.of("near", "at", "around", "by"))
-            yield Candidate((E.Except(on=said.on(i), part=PathPart("near", names)),), used, sure=True)
+            part = PathPart("near", tuple(names))
+            yield Candidate((E.Except(on=said.on(i), part=part),), used, sure=True)
+
+
+def _near_any_of(part: PathPart) -> set[Any]:
+    """The places near any of which a part is."""
+    return {place for inner in part.parts for place in inner.places} if part.kind == "either" else set()
 
 
 def _last_in_part(said: Remark) -> int | None:

@@ -328,12 +328,11 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
 
 def _bounds_apart(edits: Sequence[Edit], frames: Frames) -> tuple[Sequence[Edit], Frames]:
     """Edits, and frames for bounds on the other side than those that stand, where both bounds are said."""
-    slots = {edit.slot for edit in edits if isinstance(edit, Set)}
-    if not slots >= {"at_least", "at_most"}:
+    if not {edit.slot for edit in edits if isinstance(edit, Set)} >= {"at_least", "at_most"}:
         return edits, ()
-    twins = {i: _other_bound(edit, frames) for i, edit in enumerate(edits) if isinstance(edit, Set)}
-    found = {i: twin for i, twin in twins.items() if twin is not None}
-    return [edit for i, edit in enumerate(edits) if i not in found], tuple(found.values())
+    twins = [_other_bound(edit, frames) if isinstance(edit, Set) else None for edit in edits]
+    rest = [edit for edit, twin in zip(edits, twins, strict=True) if twin is None]
+    return rest, tuple(filter(None, twins))
 
 
 def _other_bound(edit: Set, frames: Frames) -> F.SemanticFrame | None:

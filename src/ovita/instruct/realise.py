@@ -234,14 +234,20 @@ def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.K
         return frame
     behind = PathPart("after", frame.part.places) if frame.part.kind == "before" else None
     frame = on_the_way(builder, frame) if isinstance(frame, F.Pace | F.Shift) else frame
-    kept = _kept_parts(keeps, "part", *(("speed",) if isinstance(frame, F.Pace) and frame.part else ()))
-    if frame.part and not isinstance(frame, F.Pace):
-        kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
     told = (frame.part, *frame.part.parts)
-    kept = [part for part in kept if part not in (*told, behind) and not _beside(part, frame.part)]
+    kept = [part for part in _kept(frame, keeps) if part not in (*told, behind) and not _beside(part, frame.part)]
     rest = [left for part in kept if (left := outside(part)) not in told]
     parts = [*filter(None, (frame.part, *rest))]
     return replace(frame, part=both(*parts) if len(parts) > 1 else parts[0]) if rest else frame
+
+
+def _kept(frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> list[PathPart]:
+    """The parts of the path that a frame leaves alone: of a shift of a part also the ends."""
+    paced = isinstance(frame, F.Pace)
+    kept = _kept_parts(keeps, "part", *(("speed",) if paced and frame.part else ()))
+    if frame.part and not paced:
+        kept += [end for keep in keeps for end in _KEPT_ENDS.get(keep.what, ())]
+    return kept
 
 
 def _beside(kept: PathPart, part: PathPart) -> bool:
