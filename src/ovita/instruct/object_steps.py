@@ -68,7 +68,7 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
         share = min(share, max(MOST_OF * gap, least))
         usual = nice(builder.effort * (builder.step(frame) if frame.degree == "slight" else share))
         leeway = builder.leeway(item)
-        usual = nice(leeway, up=False) if 0.0 < leeway < usual else usual
+        usual = nice(leeway, up=False) if LEAST_OF * usual < leeway < usual else usual
         return builder.length(None, _not_too_close(builder, item, usual, gap), f'"closer to {item.name}"')
     shares = {"%": q.value, "x": 1 - (1 / q.value if q.value > 1 else q.value)}
     by = nice(now * shares.get(q.unit, 0.0)) or builder.metres(q, now)
@@ -76,6 +76,10 @@ def _pull(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> float
     if by > most + 1e-9:
         builder.assume(f"closer to {item.name} ends at its surface, {most:.3g} m closer, not {by:g} m")
     return by
+
+
+LEAST_OF = 0.1
+"""The least share of a usual change that is worth making; where limits leave less, they say so themselves."""
 
 
 def _not_too_close(builder: PolicyBuilder, item: SceneObject, by: float, gap: float) -> float:
