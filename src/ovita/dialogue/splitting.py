@@ -26,7 +26,7 @@ def split_in_turns(said: str, state: DialogueState) -> tuple[str, str]:
     for first, rest in _halves(said, state):
         if _steps_back(first, state) and _asks_anew(rest, state):
             return first, rest
-        one = _kinds(_asked_for(first, state))
+        one = _kinds(() if _denies(first) else _by_rules(first, state))
         if one and one <= BY_ITSELF:
             return (first, rest) if _is_another(rest, one, said, state) else ("", said)
     return "", said
@@ -92,9 +92,14 @@ def _is_sure(found: Feedback, said: str, state: DialogueState) -> bool:
     reading = found.reading
     if found.parameters is not None or reading.unread or reading.question or reading.confidence < SURE:
         return False
-    if DENIED & {*said.lower().replace(",", " ").replace(".", " ").split()}:
+    if _denies(said):
         return False
     return not any(isinstance(edit, Drop) for edit in found.edits) or _by_rules(said, state) == found.edits
+
+
+def _denies(said: str) -> bool:
+    """Whether an utterance corrects what was said, so that it is one turn with what follows."""
+    return not DENIED.isdisjoint(said.lower().replace(",", " ").replace(".", " ").split())
 
 
 DENIED = frozenset(("not", "wrong", "don't", "didn't", "never", "no"))
