@@ -52,6 +52,10 @@ def test_a_circle_after_a_thing_is_not_around_it():
     assert [f.place for f in two if isinstance(f, F.Figure)] == ["fan"] and len(two) == 2
 
 
+def test_a_spiral_after_a_thing_does_not_wind_around_all_that_comes_then():
+    assert all(not frame.part for frame in frames_of("a spiral after the fan") if isinstance(frame, F.Figure))
+
+
 def test_until_a_thing_is_past_is_beside_it_too():
     past, before = (done(said).adapted.speeds for said in ("slower until it is past the bed", "slower before the bed"))
     beside = np.abs(PATH.positions[:, 0] - 0.6) < 0.5

@@ -98,6 +98,18 @@ def test_a_way_around_passes_on_its_side_and_keeps_its_gap(place, size, bend, ri
     if abreast.any() and inside(shut("over", item, None, gap, rows[:, :3], RFU), rows[[0, -1]]) > 0.0:
         assert beyond[abreast].min() > 0.0
     assert abs(moved[:, 2].max() - rows[:, 2].max()) < 0.02
+    way = moved[(moved[:, :2] != rows[:, :2]).any(axis=1)]
+    if len(way) > 1:
+        column = SceneObject("box", place, [*size[:2], 10.0]).cuboid  # as seen from above
+        assert column.closest(way[:, :3])[0] >= gap - 0.02 * (max(size) + 2.0 * gap)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9, 15])
+def test_a_way_around_with_few_waypoints_cuts_no_corner(count):
+    rows = np.column_stack([np.linspace(-1.0, 1.0, count), *np.zeros((2, count)), np.full(count, 0.3)])
+    box = SceneObject("box", [0.0, 0.0, 0.0], [0.3, 0.3, 1.0])
+    moved = go_round(rows, box, "front", gap=0.1)
+    assert np.array_equal(moved, rows) if count == 2 else box.cuboid.closest(moved[:, :3])[0] > 0.09
 
 
 def test_the_other_side_of_a_thing_at_a_corner_is_one_way_around_it():

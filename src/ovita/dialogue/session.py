@@ -148,8 +148,9 @@ class Session:
         Feedback is resolved without any writer wherever that is certain: it turns knobs of the last turn, runs it
         again, puts its instruction right, or takes it back. A turn that is not understood, or that fails, changes
         nothing and is not kept. Nor is one that needs confirmation until the next sentence agrees ("yes") or says what
-        is different ("no, 10 cm"). `selection` is the part of the path that is marked by hand, which "here" means;
-        `progress` and `cancel` are those of `adapt`.
+        is different ("no, 10 cm"). A correction and a further wish in one sentence are two turns, taken back together;
+        if the first is not done, the other is left, which a warning says. `selection` is the part of the path that is
+        marked by hand, which "here" means; `progress` and `cancel` are those of `adapt`.
 
         Raises:
             InputError: If the instruction is empty or too long.

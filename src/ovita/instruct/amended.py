@@ -64,8 +64,12 @@ def _at_its_height(frame: F.SemanticFrame, led: Mapping[str, str]) -> F.Semantic
 
 
 def _figure_after(frame: F.SemanticFrame, led: Mapping[str, str], kinds: Container[str]) -> F.SemanticFrame:
-    """A figure at a thing as one after it, where that is said: "a little circle once it's past the barrel"."""
-    if not isinstance(frame, F.Figure) or led.get(str(frame.place)) != "after" or "around" in kinds:
+    """A figure at a thing as one after it, where that is said: "a little circle once it's past the barrel".
+
+    A spiral of what comes after a thing would wind around all of that, so that it stays at the thing.
+    """
+    after = isinstance(frame, F.Figure) and frame.shape != "spiral" and led.get(str(frame.place)) == "after"
+    if not isinstance(frame, F.Figure) or not after or "around" in kinds:
         return frame
     return replace(frame, place="", part=PathPart("after", (frame.place,)))
 

@@ -228,10 +228,8 @@ def _hold(
     call = f"traj = keep_distance(traj, {code}, {bound}={name}{argument(where)})"
     if bound == "at_least" and not where:
         builder.distances += [(item, metres, call) for item in items]
-    plan, before = (
-        f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}.",
-        builder.positions,
-    )
+    plan = f"Keep {told} {metres:g} m from {' and '.join(item.name for item in items)}{part}."
+    before = builder.positions
     builder.add(call, plan, *(f"expect_distance({ref}, {bound}={name}{argument(where)})" for ref in refs))
     if bound == "at_least" and not where:
         _uncrowd(builder, items, before, metres)
@@ -251,7 +249,7 @@ def _uncrowd(builder: PolicyBuilder, items: Sequence[SceneObject], before: Array
 def _room_beside(
     builder: PolicyBuilder, other: SceneObject, items: Sequence[SceneObject], gap: float, metres: float
 ) -> float | None:
-    """How far from another object a way around some can be led so that both keep their distance [m]; None if it is so.
+    """How far from another object a way around some is to be led [m]; None where it is so far off, or there is no room.
 
     Args:
         builder: With the way around the items, so far from their surfaces as `metres`.
@@ -517,9 +515,9 @@ def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: floa
     room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
     within = max(builder.tolerance, room)
     bent = builder.after(f"go_through(traj, {ref}, {word}={half + gap:g}{level}{there})")
-    if word not in ("up", "down") and builder.moving <= 1:
+    if word not in ("up", "down") and builder.moving <= 1 and _is_poor(bent, before, item):
         taut = builder.after(f"go_round(traj, {ref}, {word!r}, gap={gap:g})")
-        if _is_better(taut, bent, before, item, gap):
+        if not np.array_equal(taut, before) and surface_distance(item, taut) >= NIPPED * gap:
             plan = f"Go around {item.name}, {OF[word]} it and {gap:g} m off; start and goal stay."
             promise = f"expect_distance({ref}, at_least={NIPPED} * {name})"
             builder.add(f"traj = go_round(traj, {ref}, {word!r}, gap={name})", plan, promise, ends=builder.stay())
@@ -529,16 +527,14 @@ def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: floa
         builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
 
 
-def _is_better(taut: Array, bent: Array, before: Array, item: SceneObject, gap: float) -> bool:
-    """Whether a taut way (N, 3) around an object is there, and a bend (N, 3) cuts through it or is a detour."""
-    if np.array_equal(taut, before) or surface_distance(item, taut) < NIPPED * gap:
-        return False
-    through = surface_distance(item, bent) <= 0.0
-    return through or float(arc_length(bent)[-1]) > DETOUR * float(arc_length(taut)[-1])
+def _is_poor(bent: Array, before: Array, item: SceneObject) -> bool:
+    """Whether a bend (N, 3) of a path (N, 3) past an object cuts through it, or is a detour."""
+    longer = float(arc_length(bent)[-1]) > DETOUR * float(arc_length(before)[-1])
+    return longer or surface_distance(item, bent) <= 0.0
 
 
 DETOUR = 1.15
-"""How many times as long as the shortest way around an object a bend past it may be."""
+"""How many times as long as before a bend past an object may make the path."""
 
 
 def _axis_name(axis: Array) -> str:

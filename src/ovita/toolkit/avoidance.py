@@ -147,9 +147,8 @@ def go_round(
     if _clear_of(outline, flat) and _passes_above(flat - centre):
         return rows
     for wider in WIDER:  # chords between few waypoints cut corners
-        way = _way_round(
-            flat, nearest - first, _outline(replace(body, radius=body.radius + wider * _reach(body)), plane), centre
-        )
+        grown = replace(body, radius=body.radius + wider * _reach(body))
+        way = _way_round(flat, nearest - first, _outline(grown, plane), centre)
         if way is None:
             break
         a, b, rope = way
@@ -189,8 +188,10 @@ NICKED = 0.01
 def _within(outline: Array, points: Array, by: float = 0.0) -> Mask:
     """Which points (M, 2) are in a convex outline (K, 2), counterclockwise, by more than so much [m]."""
     edges = np.roll(outline, -1, axis=0) - outline
-    sizes = np.maximum(np.linalg.norm(edges, axis=1), ROUNDING)
-    return np.asarray((_cross(edges / sizes[:, None], points[:, None] - outline) > by).all(axis=1))
+    sizes = np.linalg.norm(edges, axis=1)
+    real = sizes > ROUNDING  # at a corner that is not rounded, several points are one
+    beyond = _cross(edges[real] / sizes[real, None], points[:, None] - outline[real])
+    return np.asarray((beyond > by).all(axis=1) & real.any())
 
 
 ROUND = 64
