@@ -517,9 +517,11 @@ def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: floa
     bent = builder.after(f"go_through(traj, {ref}, {word}={half + gap:g}{level}{there})")
     if word not in ("up", "down") and builder.moving <= 1 and _is_poor(bent, before, item):
         taut = builder.after(f"go_round(traj, {ref}, {word!r}, gap={gap:g})")
-        if not np.array_equal(taut, before) and surface_distance(item, taut) >= NIPPED * gap:
+        rise = (builder.passing(item.position) - item.position) @ builder.axis("up")
+        beside = item.position + axis * (half + gap) + rise * builder.axis("up")
+        if _is_better(taut, bent, before, item, gap) and closest_to_point(taut, beside)[0] <= gap:
             plan = f"Go around {item.name}, {OF[word]} it and {gap:g} m off; start and goal stay."
-            promise = f"expect_distance({ref}, at_least={NIPPED} * {name})"
+            promise = f"expect_visits({ref}, within={name}{place})"
             builder.add(f"traj = go_round(traj, {ref}, {word!r}, gap={name})", plan, promise, ends=builder.stay())
             return
     _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
@@ -528,13 +530,23 @@ def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: floa
 
 
 def _is_poor(bent: Array, before: Array, item: SceneObject) -> bool:
-    """Whether a bend (N, 3) of a path (N, 3) past an object cuts through it, or is a detour."""
-    longer = float(arc_length(bent)[-1]) > DETOUR * float(arc_length(before)[-1])
-    return longer or surface_distance(item, bent) <= 0.0
+    """Whether a bend (N, 3) of a path (N, 3) past an object may be worse than a way around: longer, or through it."""
+    return surface_distance(item, bent) <= 0.0 or _is_detour(bent, before)
+
+
+def _is_better(taut: Array, bent: Array, before: Array, item: SceneObject, gap: float) -> bool:
+    """Whether a taut way (N, 3) around an object is there, and a bend (N, 3) cuts through it or is a detour."""
+    there = not np.array_equal(taut, before) and surface_distance(item, taut) >= NIPPED * gap
+    return there and (surface_distance(item, bent) <= 0.0 or _is_detour(bent, taut))
+
+
+def _is_detour(path: Array, other: Array) -> bool:
+    """Whether a path (N, 3) is much longer than another one."""
+    return float(arc_length(path)[-1]) > DETOUR * float(arc_length(other)[-1])
 
 
 DETOUR = 1.15
-"""How many times as long as before a bend past an object may make the path."""
+"""How many times as long as another way a detour is."""
 
 
 def _axis_name(axis: Array) -> str:
