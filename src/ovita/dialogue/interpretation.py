@@ -17,7 +17,7 @@ from ovita.result import Adaptation
 class Interpretation:
     """What an utterance does to a session: it adds a step of a kind, goes to another, or (None and None) does neither.
 
-    `asked` is the utterance, where the result is a question.
+    `asked` is the utterance, where the result is a question; `same_utterance` is that of the step.
     """
 
     result: Adaptation
@@ -25,6 +25,7 @@ class Interpretation:
     on: FeedbackOn = "current"
     goto: int | None = None
     asked: str = ""
+    same_utterance: bool = False
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,6 @@ class Session:
     _refused: tuple[Adaptation, ...] = field(default=(), init=False)
     _open: str = field(default="", init=False)
     _behind: bool = field(default=False, init=False)
-    _same_utterance: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         known_isolation(self.isolation)
@@ -86,14 +85,14 @@ class Session:
 
     def _begin(self, adaptation: Adaptation, said: str, kind: Kind) -> None:
         if adaptation.usable:
-            self._add(said, "current", adaptation, kind)
+            self._add(Step(said, "current", adaptation, kind))
         elif adaptation.proposal is not None:
             self._propose(adaptation.instruction, Interpretation(adaptation))
 
     def _propose(self, said: str, found: Interpretation | None) -> None:
         """Have a result wait for a yes, or nothing."""
         self._pending = None if found is None else (said, found)
-        self._history.proposed = None if found is None else Step(said, found.on, found.result, found.kind or "said")
+        self._history.proposed = None if found is None else _step(said, found)
         self._note(self._history.now())
 
     @property
@@ -159,6 +158,17 @@ class Session:
             raise RequestError("an instruction is a text such as 'go left by 0.1'")
         if not instruction.strip():
             raise RequestError("the instruction is empty; say what should change, such as 'slow down near the cup'")
+        return self._say(instruction, on, selection, progress, cancel)
+
+    def _say(
+        self,
+        instruction: str,
+        on: FeedbackOn,
+        selection: PathPart,
+        progress: Progress | None,
+        cancel: Event | None,
+        same_utterance: bool = False,
+    ) -> Adaptation:
         waited = self._pending is not None
         if self._pending is not None:
             settled, instruction = self._settled(instruction)
@@ -176,17 +186,14 @@ class Session:
         first, rest = split_in_turns(instruction, state)
         if first:
             before = self._history.head
-            one = self.say(first, on=on, selection=selection, progress=progress, cancel=cancel)
+            one = self._say(first, on, selection, progress, cancel)
             if one.status not in ("done", "limited"):
                 later = f"Nothing is done yet about {rest!r}."  # it would be said of what it is not about
                 return replace(one, warnings=(*one.warnings, later))
-            taken, self._same_utterance = one.taken, self._history.head not in (before, *self._history.path(before))
-            try:
-                result = self.say(rest, on=on, selection=selection, progress=progress, cancel=cancel)
-            finally:
-                self._same_utterance = False
-            return replace(result, taken="; ".join(filter(None, (taken, result.taken))))
-        found = respond(instruction, on, state)
+            added = self._history.head not in (before, *self._history.path(before))
+            result = self._say(rest, on, selection, progress, cancel, added)
+            return replace(result, taken="; ".join(filter(None, (one.taken, result.taken))))
+        found = replace(respond(instruction, on, state), same_utterance=same_utterance)
         self._asked = found.asked
         if found.goto is not None and waited and found.goto == self._history.back():
             return self.dismiss(instruction)  # what was open was the last step
@@ -198,7 +205,7 @@ class Session:
             self._refused = (found.result,) if selection else ()  # another reading would not know what is marked
         if found.kind is None or not found.result.usable:
             return found.result
-        return self._turn(instruction, found.on, found.result, found.kind)
+        return self._turn(instruction, found)
 
     def _settled(self, said: str) -> tuple[Adaptation | None, str]:
         """What a sentence makes of the result that waits for it; else None, and what is left of it to be read."""
@@ -241,7 +248,7 @@ class Session:
         if self._pending is None:
             raise RequestError("nothing waits for a yes; say what should change")
         said, found = self._pending
-        return self._turn(said, found.on, accept(found.result), found.kind or "said")
+        return self._turn(said, replace(found, result=accept(found.result)))
 
     def dismiss(self, said: str = "no") -> Adaptation:
         """Forget what the last turn proposed; nothing changes. After a mere no, another reading waits then, once."""
@@ -280,7 +287,7 @@ class Session:
         draft.say(change)
         if len(draft.history.steps) == count or draft.steps[-1].kind not in ("knobs", "reworded"):
             return None
-        return self._turn(f"{said} ({instruction})", found.on, draft.steps[-1].adaptation, found.kind or "said")
+        return self._turn(f"{said} ({instruction})", replace(found, result=draft.steps[-1].adaptation))
 
     def tune(self, parameters: Mapping[str, Any], *, merge: bool = False) -> Adaptation:
         """Set parameters of the last turn's policy by name and run it again, without calling a writer.
@@ -302,7 +309,7 @@ class Session:
         turned = {name: value for name, value in parameters.items() if name not in before or before[name] != value}
         result = rerun(base.adaptation, turned, constraints=self.constraints, isolation=self.isolation)
         if base is last:
-            return self._turn(last.said, last.feedback_on, result, "knobs", wait=merge)
+            return self._turn(last.said, Interpretation(result, "knobs", last.feedback_on), wait=merge)
         result = self._against_earlier(result, "knobs", last.feedback_on)
         self._history.steps[self._history.head] = replace(last, adaptation=result)
         self._open = self._open or "again"
@@ -339,7 +346,7 @@ class Session:
             assumptions=(),
         )
         result = rerun(edited, {}, constraints=self.constraints, isolation=self.isolation)
-        return self._turn("edited the code", last.feedback_on if last else "current", result, "code")
+        return self._turn("edited the code", Interpretation(result, "code", last.feedback_on if last else "current"))
 
     def draw(self, said: str, code: str, plan: str) -> Adaptation:
         """Edit the current trajectory by hand: run a policy of what the hand did, as a turn of its own.
@@ -352,7 +359,7 @@ class Session:
             self._blank(said), original=self.current, code=policy.source, parameters=policy.parameters, plan=(plan,)
         )
         result = rerun(start, {}, constraints=self.constraints, isolation=self.isolation)
-        return self._turn(said, "current", result, "drawn")
+        return self._turn(said, Interpretation(result, "drawn"))
 
     def change(
         self,
@@ -383,7 +390,7 @@ class Session:
         moved = original is not None or scene is not None
         kind: Kind = "hand" if moved or then.constraints.pinned != now.constraints.pinned else "limits"
         self._take(then)
-        self._add(said, "current", result, kind)
+        self._add(Step(said, "current", result, kind))
         return result
 
     def undo(self) -> bool:
@@ -497,7 +504,12 @@ class Session:
         session._settle_on(history.head)
         if waiting is not None:
             history.proposed = waiting
-            session._pending = waiting.said, Interpretation(waiting.adaptation, waiting.kind, waiting.feedback_on)
+            session._pending = (
+                waiting.said,
+                Interpretation(
+                    waiting.adaptation, waiting.kind, waiting.feedback_on, same_utterance=waiting.same_utterance
+                ),
+            )
         return session
 
     def _again(self, turns: Sequence[Adaptation], then: Situation) -> list[Adaptation]:
@@ -529,19 +541,18 @@ class Session:
         start = self.original
         return Adaptation(said, "done", start, start, scene=self.scene, robot=self.robot, code=UNCHANGED)
 
-    def _turn(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> Adaptation:
+    def _turn(self, said: str, found: Interpretation, *, wait: bool = False) -> Adaptation:
         """Add a result, which then names what it loses of earlier turns."""
-        result = self._against_earlier(result, kind, on)
-        self._add(said, on, result, kind, wait=wait)
+        result = self._against_earlier(found.result, found.kind or "said", found.on)
+        self._add(_step(said, replace(found, result=result)), wait=wait)
         return result
 
-    def _add(self, said: str, on: FeedbackOn, result: Adaptation, kind: Kind, *, wait: bool = False) -> None:
+    def _add(self, step: Step, *, wait: bool = False) -> None:
         self.settle()
         self._pending = None
         before = self._history.situation(self._history.head)
         now = self.situation
-        self._history.add(Step(said, on, result, kind, None if _same(before, now) else now, self._same_utterance))
-        self._same_utterance = False
+        self._history.add(replace(step, situation=None if _same(before, now) else now))
         if wait:
             self._open = "turn"
         else:
@@ -573,6 +584,11 @@ class Session:
         else:
             self._journal.add(event)
         self._behind = False
+
+
+def _step(said: str, found: Interpretation) -> Step:
+    """The turn that an utterance comes to."""
+    return Step(said, found.on, found.result, found.kind or "said", same_utterance=found.same_utterance)
 
 
 def _same(a: Situation, b: Situation) -> bool:
