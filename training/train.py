@@ -194,8 +194,9 @@ class Model(nn.Module):
     ) -> tuple[torch.Tensor, dict[bool, torch.Tensor]]:
         """Logits of all heads (B, Q, classes), and of the pointers at amounts (True) and objects (B, Q, P, T + 1)."""
         mask = (ids != 0)[:, None, None, :]
-        table = torch.cat([self.word[: -len(MARKS)], self.marks])
-        x = begun = self.drop(self.norm(table[ids] + self.position[: ids.shape[1]] + self.kind[kinds]))
+        mark = ids - (len(self.word) - len(MARKS))  # not one table of both: its gradient would be as large
+        pieces = torch.where((mark >= 0)[..., None], self.marks[mark.clamp(min=0)], self.word[ids])
+        x = begun = self.drop(self.norm(pieces + self.position[: ids.shape[1]] + self.kind[kinds]))
         for layer in self.encoder:
             x = layer.layer(x, mask)
         told = torch.rand(concepts.shape) >= UNTOLD if self.training else torch.ones(concepts.shape)
@@ -351,6 +352,7 @@ def loss_of(model: Model, tensors: tuple[Any, ...]) -> torch.Tensor:
     """The mean loss of a batch."""
     *inputs, heads, pointers = tensors
     said, pointed = model(*inputs)
+    said, pointed = said.float(), {kind: scores.float() for kind, scores in pointed.items()}
     total = torch.zeros(())
     for h, (head, (a, b)) in enumerate(layout().items()):
         lost = fn.cross_entropy(said[..., a:b].reshape(-1, b - a), heads[..., h].reshape(-1), reduction="sum")
@@ -404,7 +406,8 @@ def train(
         groups = [chunk[i : i + BATCH] for i in range(0, len(chunk), BATCH)]
         rng.shuffle(groups)
         for group in groups[: steps - step]:
-            loss = loss_of(model, batch(group))
+            with torch.autocast("cpu", dtype=torch.bfloat16):
+                loss = loss_of(model, batch(group))
             optimiser.zero_grad(set_to_none=True)
             loss.backward()
             nn.utils.clip_grad_norm_([*slow, *fast], 1.0)
