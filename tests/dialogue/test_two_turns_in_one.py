@@ -1,5 +1,7 @@
 """What is said as one and is two turns, what answers a question, and what "there", "the rest" and a zone are."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -124,3 +126,16 @@ def test_too_close_is_to_what_was_just_said():
     before = THINGS["piano"].distance(PATH.positions).min()
     assert result.status == "done" and THINGS["piano"].distance(session.current.positions).min() > before + 0.01
     assert speed_at(session, "piano") < 0.2
+
+
+def test_a_second_half_that_waited_for_a_yes_in_a_saved_session_is_taken_back_with_the_first(tmp_path):
+    session, result = talk("5 cm to the left", "slow down near the table if nobody is there")
+    assert result.status == "needs_confirmation"
+    file = tmp_path / "talk.json"
+    session.save(str(file))
+    document = json.loads(file.read_text())
+    document["events"][-1]["same_utterance"] = True
+    file.write_text(json.dumps(document))
+    again = Session.load(str(file), writer="builtin")
+    again.accept()
+    assert len(again.steps) == 2 and again.undo() and not again.steps

@@ -17,7 +17,8 @@ from ovita.result import Adaptation
 class Interpretation:
     """What an utterance does to a session: it adds a step of a kind, goes to another, or (None and None) does neither.
 
-    `asked` is the utterance, where the result is a question; `same_utterance` is that of the step.
+    `asked` is the utterance, where the result is a question; `same_utterance`, as for a step, says
+    that it was said in one utterance with the turn before.
     """
 
     result: Adaptation
