@@ -13,18 +13,14 @@ sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
 
 from ovita.instruct import slots
-from ovita.instruct.beforehand import heard_apart
 from ovita.instruct.encoder import QUERIES, concepts_of
-from ovita.instruct.frames import Arrive, NoStop, Quantity, SemanticFrame
+from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
 from ovita.instruct.numerals import written_out
 from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
 from ovita.instruct.slots import Atom
 from ovita.paths.scene import Scene, SceneObject
-
-APART = (Arrive, NoStop)
-"""Frames that are heard before the network is asked."""
 
 UNKNOWN = -2
 """Target of a pointer whose words were not found: nothing is learned from it."""
@@ -84,11 +80,7 @@ def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) 
 
 
 def readable(example: check.Example, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
-    """The example as a sample, if atoms can say it; what is heard apart is not for the network."""
-    if any(isinstance(frame, APART) for frame in example.frames):
-        rest, _ = heard_apart(example.sentence, scene_of(example.objects), None, ())
-        said = tuple(frame for frame in example.frames if not isinstance(frame, APART))
-        example = replace(example, sentence=rest, frames=said)
+    """The example as a sample, if atoms can say it."""
     try:
         atoms = slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
     except slots.Unfit:

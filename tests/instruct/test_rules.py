@@ -35,6 +35,8 @@ SCENE = Scene(tuple(SceneObject(name, np.array([i, 1.0, 0.5])) for i, name in en
         ("keep the start, move the rest up 2 cm", "keep start; move up=2cm"),
         ("slow down in the turns", "pace turns"),
         ("slower near the cup because it is hot", "pace slower @near=cup"),
+        ("slow down near the cup and near the lamp", "pace slower @near=cup+lamp"),
+        ("keep 20 cm away from both the cup and the lamp", "clearance cup+lamp at_least=20cm"),
         # what turns a sense round
         ("the lamp is much too near", "farther lamp"),
         ("you drive too slowly", "pace faster"),

@@ -83,7 +83,7 @@ def setting(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[
     for frame in frames:
         if isinstance(frame, F.NoStop) and not any(isinstance(other, F.Pace) for other in frames):
             place = frame.part.places[0] if frame.part.kind == "near" else ""
-            rows = stop_at(rows, scene[place] if place else 0.5, resume=True)
+            rows = stop_at(rows, scene[place] if place in scene.names else 0.5, resume=True)
     return Trajectory.from_array(rows), scene
 
 

@@ -418,6 +418,10 @@ _SENSES: tuple[tuple[Callable[[_Place], bool], tuple[str, int]], ...] = (
     (lambda at: at.word == "then" and at.counted, ("than", 1)),
     (lambda at: at.kind in COMPARED and _law(at), ("law", 0)),  # "the closer ..., the slower"
     (_is_in_order, ("plain", 1)),
+    (
+        lambda at: at.word == "both" and "and" in at.words[at.i + 2 : at.i + 8],
+        ("plain", 1),
+    ),  # "both" the cup and the box
     (_is_resting, ("wait", 1)),
 )
 """When a word or phrase has another sense than by itself, and which class, of how many words (0 for all of it)."""

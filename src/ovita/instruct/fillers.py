@@ -10,7 +10,7 @@ from typing import Any, cast
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import COUNTED, Chunk
 from ovita.instruct.patterns import FRACTION, QUANTITIES, as_part
-from ovita.paths.part import PathPart, both, outside
+from ovita.paths.part import PathPart, any_of, both, outside
 
 Filler = Callable[["Constituents"], Any]
 
@@ -117,9 +117,11 @@ def _narrower(one: PathPart, other: PathPart) -> bool:
 
 
 def joined(parts: Sequence[PathPart]) -> PathPart:
-    """What belongs to all of the parts that a frame was given."""
+    """What belongs to all of the parts that a frame was given; near one thing and near another is near either."""
     plain = dict.fromkeys(replace(p, unit="waypoints") if p.amount is None else p for p in parts)
     kept = [p for p in plain if not any(_narrower(other, p) for other in plain)]
+    around = [p for p in kept if p.kind == "near"]
+    kept = [*([any_of(around)] if around else []), *(p for p in kept if p not in around)]
     return PathPart() if not kept else kept[0] if len(kept) == 1 else both(*kept)
 
 

@@ -44,7 +44,8 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
     "rotate": ("sense", "spot"),
     "resize": ("choice", "degree", "spot"),
     "curve": ("choice", "degree", "part"),
-    **dict.fromkeys(("straighten", "level"), ("part",)),
+    **dict.fromkeys(("straighten", "level", "nonstop"), ("part",)),
+    "arrive": ("direction", "spot"),
     **dict.fromkeys(("quadrant", "ask", "improper"), ("choice",)),
     "scale": ("choice", "degree", "on"),
     "set": ("choice", "direction", "step", "on"),
@@ -55,7 +56,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
 """The heads that count for an action besides the action itself."""
 
 _ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
-               "set", "scale", "undo", "redo")  # fmt: skip
+               "arrive", "set", "scale", "undo", "redo")  # fmt: skip
 _OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop", "avoid")
 POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
@@ -72,7 +73,7 @@ ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
     ("height", "role"): ("to", "at_least", "at_most"),
     ("pace", "role"): ("by", "to"),
-    **{(action, "direction"): DIRECTIONS for action in ("move", "tilt", "bound")},
+    **{(action, "direction"): DIRECTIONS for action in ("move", "tilt", "bound", "arrive")},
     ("side", "direction"): (*DIRECTIONS, "other"),
     **{(action, "direction"): ("", *DIRECTIONS) for action in ("end", "extend", "set", "replace")},
     ("end", "relation"): ("", "to", "toward", "away"),
@@ -80,7 +81,7 @@ ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("avoid", "relation"): ("over", "under", "between"),
     ("end", "spot"): ("", "object", "start", "goal", "middle", "objects"),
     ("replace", "spot"): ("", "start", "goal"),
-    **{(action, "spot"): ("", "object") for action in ("extend", "bound")},
+    **{(action, "spot"): ("", "object") for action in ("extend", "bound", "arrive")},
     **{(action, "choice"): words for action, words in CHOICES.items()},
 }  # fmt: skip
 """What a head may say for an action, where that is not everything."""

@@ -1,4 +1,4 @@
-"""Steps about objects: nearer and farther, distances to keep, through, over, under, on one side, hovering."""
+"""Steps about objects: nearer and farther, distances to keep, through, over, under, hovering."""
 
 from __future__ import annotations
 
@@ -10,15 +10,14 @@ import numpy as np
 from ovita.instruct import frames as F
 from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
-from ovita.instruct.path_steps import APPROACH, CROWDED, OF, ROOM_LEFT, aimed, is_a_body, steps, usual_gap, waited
+from ovita.instruct.path_steps import APPROACH, CROWDED, ROOM_LEFT, aimed, is_a_body, steps, usual_gap, waited
 from ovita.limits.problem import is_support
 from ovita.paths.geometry import closest_to_point, runs
 from ovita.paths.part import PathPart
-from ovita.paths.scene import OPPOSITE, SceneObject, side_passed
+from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
 from ovita.toolkit.approach import extent, keep_distance, stays
-from ovita.toolkit.avoidance import shut
 from ovita.toolkit.speed import stands
 
 OVER = {"over": ("up", "above", "top", "height"), "under": ("down", "below", "bottom", "depth")}
@@ -289,7 +288,7 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
         a, b = (*items, *items)[:2]
         code = f"midpoint({builder.ref(a)}, {builder.ref(b)})"
         level = ", aim='level'" if any(map(F.tells_height, builder.frames)) else ""
-        _through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.", level)
+        through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.", level)
         return
     for item in items:
         if frame.aim == "beside":
@@ -302,14 +301,12 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
             _come_within(builder, item, gap, "at_most", "", "")
         elif frame.relation == "at":
             code, words = aimed(builder, item.name, frame.aim)
-            _through(builder, code, f"Bend the path {'to' if frame.aim else 'through'} {words}.")
+            through(builder, code, f"Bend the path {'to' if frame.aim else 'through'} {words}.")
         else:
             _over(builder, frame, item)
 
 
-def _through(
-    builder: PolicyBuilder, code: str, plan: str, offset: str = "", promise: str = "", among: str = ""
-) -> None:
+def through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", promise: str = "", among: str = "") -> None:
     """Bend the path through a place, or a place beside it, and promise that it comes by there.
 
     The bend is narrower where a smaller one is gentle enough, and where there are several, which might meet.
@@ -339,17 +336,17 @@ def _over(builder: PolicyBuilder, frame: F.Visit, item: SceneObject) -> None:
     usual = usual_gap(builder) if frame.degree == "slight" else usual  # close to it, lower than the path is
     gap = builder.length(q, max(usual, builder.room(item)), f"the {meaning}")
     gap = max(gap, now) if q is not None and q.role == "at_least" else gap
-    gap = max([gap, *_kept_clear(builder, item)]) if q is None else gap
+    gap = max([gap, *kept_clear(builder, item)]) if q is None else gap
     ref, role = builder.ref(item), "to" if q is None or q.role == "by" else q.role
     name = builder.knob(knob, gap, role, meaning, "by", about=item.name, direction=side)
     plan = f"Bend the path {frame.relation} {item.name}, {gap:g} m {word} its {end}."
     promise = f"expect_side({word!r}, {name}, of={ref}, within={builder.tolerance / 2})"
-    _through(builder, ref, plan, f", {side}={_beyond(name, half)}", promise)
+    through(builder, ref, plan, f", {side}={beyond(name, half)}", promise)
     if q is not None and side == "up" and surface_distance(item, builder.positions) < 0.9 * gap:
         builder.add(f"traj = hop(traj, {ref}, {name})")  # level over all of it, not only over its centre
 
 
-def _kept_clear(builder: PolicyBuilder, item: SceneObject) -> list[float]:
+def kept_clear(builder: PolicyBuilder, item: SceneObject) -> list[float]:
     """The distances to an object that other requests keep [m]."""
     clear = [f.distance for f in builder.frames if isinstance(f, F.Clearance) and item.name in f.objects]
     return [distance.value for distance in clear if distance.role != "at_most"]
@@ -360,7 +357,7 @@ def _passing(builder: PolicyBuilder, item: SceneObject, axis: Array) -> float:
     return float((builder.passing(item.position) - item.position) @ axis) - extent(item, axis)
 
 
-def _beyond(name: str, half: float) -> str:
+def beyond(name: str, half: float) -> str:
     """Code of a distance from an object's centre that counts from its surface, `half` metres out."""
     return f"{name} + {short(half)!r}" if half else name
 
@@ -391,7 +388,7 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
             continue
         usual = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item), _above(builder, item))
         name, gap = _height_above(builder, item, frame.by, usual)
-        count, ref, up = steps(builder, frame.duration), builder.ref(item), _beyond(name, top)
+        count, ref, up = steps(builder, frame.duration), builder.ref(item), beyond(name, top)
         builder.add(
             f"traj = hover(traj, {ref}, {up}, steps={count})",
             f"Hover {gap:g} m above {item.name} for {waited(builder, count)}.",
@@ -434,172 +431,6 @@ def _wait_over(builder: PolicyBuilder, frame: F.Hover, item: SceneObject) -> Non
     builder.add(f"traj = dwell(traj, {ref}, steps={count}{in_all})", plan, f"expect_stop(near={ref})")
 
 
-def avoid(builder: PolicyBuilder, frame: F.Avoid) -> None:
-    """Neither over objects, nor under them, or not between two."""
-    items = [builder.scene[name] for name in frame.objects]
-    if frame.relation == "between":
-        first, second = items[:2]
-        _avoid(builder, frame, f"{first.name} and {second.name}", first, second)
-        return
-    for item in items:
-        _avoid(builder, frame, item.name, item)
-
-
-def _avoid(
-    builder: PolicyBuilder, frame: F.Avoid, names: str, item: SceneObject, other: SceneObject | None = None
-) -> None:
-    """Around what a path must not pass over or under, or between."""
-    both = [item] if other is None else [item, other]
-    wide = builder.scale.step("moderate") if other is None and item.dimensions is None else 0.0  # a size as is usual
-    usual = max(builder.tolerance, wide, *map(builder.room, both))
-    gap = builder.length(None, usual, f"the distance kept beside {names}")
-    name = builder.knob("gap", gap, "at_least", f"distance beside {names}", "by", direction="away")
-    bodies = shut(frame.relation, item, other, gap, builder.positions, builder.scene.frame)
-    way = f"{frame.relation!r}, {', '.join(map(builder.ref, both))}, gap={name}"
-    builder.add(
-        f"traj = avoid(traj, {way})",
-        f"Pass beside {names}, {gap:g} m off, instead of {frame.relation}.",
-        f"expect_avoided({way})",
-        holds=min(body.closest(builder.positions)[0] for body in bodies) >= 0.0,
-    )
-
-
-def side(builder: PolicyBuilder, frame: F.Side) -> None:
-    """Pass objects on one side; stay there where the ends do, unless another request leads the path elsewhere."""
-    where, part = builder.part(frame.part)
-    for item in map(builder.scene.__getitem__, frame.objects):
-        word = _other_side(builder, item) if frame.direction == "other" else builder.word(frame.direction)
-        axis = builder.axis(word)
-        half, ref, words = extent(item, axis), builder.ref(item), f"{OF[word]} {item.name}"
-        if word in ("front", "back") and frame.direction != "other":
-            builder.assume(f"{words} is {_axis_name(axis)} of it, by the scene's frame")
-        reach, gap = (builder.positions - item.position) @ axis, _side_gap(builder, item)
-        stays = frame.direction != "other" and min(reach[0], reach[-1]) >= half + gap and builder.moving <= 1
-        passes = not where and (frame.direction == "other" or not (frame.along or stays))
-        if passes:  # no nearer than it passes now, as far as that goes
-            gap = max(gap, nice(min(_clear_now(builder, item), builder.scale.step("moderate"))))
-        gap = builder.length(frame.by, gap, f"the distance kept {words}")
-        name = builder.knob("gap", gap, "at_least", f"distance {words}", "by", about=item.name, direction=word)
-        if passes:
-            _pass_beside(builder, item, word, gap, name)
-            continue
-        builder.add(
-            f"traj = stay_on(traj, {ref}, {word!r}, gap={name}{argument(where)})",
-            f"Stay {words} by at least {gap:g} m{part}.",
-            f"expect_side({word!r}, {name}, of={ref}{argument(where)})",
-            holds=not where and bool((reach >= half + gap).all()),
-        )
-
-
-def _clear_now(builder: PolicyBuilder, item: SceneObject) -> float:
-    """How far from an object the path passes, or what is clear of it at least [m]."""
-    return max(surface_distance(item, builder.positions), CLEAR * builder.scale.extent)
-
-
-def _side_gap(builder: PolicyBuilder, item: SceneObject) -> float:
-    """The usual distance from the side of an object on which a path passes or stays [m]."""
-    least = min(builder.scale.step("slight"), nice(_clear_now(builder, item)))
-    return max(least, builder.room(item), *_kept_from(builder, item))
-
-
-def _pass_beside(builder: PolicyBuilder, item: SceneObject, word: str, gap: float, name: str) -> None:
-    """Bend the path past an object on one side, so far from it; `name` is the parameter of that.
-
-    Where a bend would cut through the object, or be a detour, it goes around it by the shortest way there is.
-    """
-    axis, ref, before = builder.axis(word), builder.ref(item), builder.positions
-    half, level = extent(item, axis), _level(builder, item, word)
-    plan = f"Bend the path so that it passes {OF[word]} {item.name}, {gap} m from its side; start and goal stay."
-    place = f", {word}={_beyond(name, half)}{level}"
-    there = _nearest_pass(builder, item, axis * (half + gap))
-    room = nice(gap / 2) if _kept_from(builder, item) else 0.0  # it may be pushed further out
-    within = max(builder.tolerance, room)
-    bent = builder.after(f"go_through(traj, {ref}, {word}={half + gap:g}{level}{there})")
-    if word not in ("up", "down") and builder.moving <= 1 and _is_poor(bent, before, item):
-        taut = builder.after(f"go_round(traj, {ref}, {word!r}, gap={gap:g})")
-        rise = (builder.passing(item.position) - item.position) @ builder.axis("up")
-        beside = item.position + axis * (half + gap) + rise * builder.axis("up")
-        if _is_better(taut, bent, before, item, gap) and closest_to_point(taut, beside)[0] <= gap:
-            plan = f"Go around {item.name}, {OF[word]} it and {gap:g} m off; start and goal stay."
-            promise = f"expect_visits({ref}, within={name}{place})"
-            builder.add(f"traj = go_round(traj, {ref}, {word!r}, gap={name})", plan, promise, ends=builder.stay())
-            return
-    _through(builder, ref, plan, place, f"expect_visits({ref}, within={within}{place})", there)
-    if 0.0 < surface_distance(item, builder.positions) < NIPPED * gap:  # a long thing's corner
-        builder.add(f"traj = keep_distance(traj, {ref}, at_least={short(NIPPED * gap):g})")
-
-
-def _is_poor(bent: Array, before: Array, item: SceneObject) -> bool:
-    """Whether a bend (N, 3) of a path (N, 3) past an object may be worse than a way around: longer, or through it."""
-    return surface_distance(item, bent) <= 0.0 or _is_detour(bent, before)
-
-
-def _is_better(taut: Array, bent: Array, before: Array, item: SceneObject, gap: float) -> bool:
-    """Whether a taut way (N, 3) around an object is there, and a bend (N, 3) cuts through it or is a detour."""
-    there = not np.array_equal(taut, before) and surface_distance(item, taut) >= NIPPED * gap
-    return there and (surface_distance(item, bent) <= 0.0 or _is_detour(bent, taut))
-
-
-def _is_detour(path: Array, other: Array) -> bool:
-    """Whether a path (N, 3) is much longer than another one."""
-    return float(arc_length(path)[-1]) > DETOUR * float(arc_length(other)[-1])
-
-
-DETOUR = 1.15
-"""How many times as long as another way a detour is."""
-
-
-def _axis_name(axis: Array) -> str:
-    """A direction along an axis of the scene: "+y"."""
-    k = int(np.abs(axis).argmax())
-    return f"{'+' if axis[k] > 0 else '-'}{'xyz'[k]}"
-
-
-def _nearest_pass(builder: PolicyBuilder, item: SceneObject, aside: Array) -> str:
-    """The argument that has the path's nearest pass by an object go aside (3,) [m] of it; "" where that would go."""
-    path = builder.positions
-    gap, level = item.distance(path), item.position + aside
-    up = builder.axis("up")
-    there = int(np.argmin(np.linalg.norm((path - level) - ((path - level) @ up)[:, None] * up, axis=1)))
-    near = gap <= BY_IT * gap.min()
-    if near[there]:
-        return ""
-    first, last = next(run for run in runs(near) if run[0] <= gap.argmin() <= run[1])
-    return f", among=between(traj, {first}, {last})"
-
-
-BY_IT = 1.25
-"""How many times as far off as the nearest a waypoint may be to belong to a pass by an object."""
-
-NIPPED = 0.75
-"""The share of the gap beside a thing that the path keeps from its corners."""
-
-CLEAR = 0.03
-"""The least share of the path's extent that it keeps beside what it is to pass."""
-
-
-def _other_side(builder: PolicyBuilder, item: SceneObject) -> str:
-    """The direction word of the side of an object on which the path does not pass; asks where it passes over it."""
-    now = side_passed(builder.scene.frame, builder.positions, item.position)
-    if not now:
-        builder.ask(f"The path passes right over {item.name}: on which side of it should it pass?")
-        return "left"
-    builder.assume(f"the other side of {item.name} is {OF[OPPOSITE[now]]} it; the path passes {OF[now]} it now")
-    return OPPOSITE[now]
-
-
-def _kept_from(builder: PolicyBuilder, item: SceneObject) -> list[float]:
-    """What other requests keep from an object, and as much again by a quarter for the bend around it [m]."""
-    return [nice(1.25 * distance) for distance in _kept_clear(builder, item)]
-
-
-def _level(builder: PolicyBuilder, item: SceneObject, word: str) -> str:
-    """The arguments of an offset that keep the height at which the path passes an object."""
-    rise = float((builder.passing(item.position) - item.position) @ builder.axis("up"))
-    return "" if abs(rise) < 1e-6 or word in ("up", "down") else f", {'up' if rise > 0 else 'down'}={abs(rise):.6g}"
-
-
 OBJECT_STEPS: Mapping[type[F.SemanticFrame], Callable[..., None]] = {
-    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Side: side, F.Avoid: avoid, F.Hop: hop,
-    F.Hover: hover,
+    F.Approach: approach, F.Clearance: clearance, F.Visit: visit, F.Hop: hop, F.Hover: hover,
 }  # fmt: skip

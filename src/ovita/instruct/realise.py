@@ -16,6 +16,7 @@ from ovita.instruct.frames import name_of
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
 from ovita.instruct.pace_steps import PACE_STEPS, on_the_way, stop_by
 from ovita.instruct.path_steps import PATH_STEPS
+from ovita.instruct.side_steps import SIDE_STEPS
 from ovita.paths.geometry import closest_to_point
 from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.robot import Robot
@@ -24,7 +25,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.policy.policy import TooMuch
 from ovita.toolkit import judge
 
-STEPS = {**PATH_STEPS, **OBJECT_STEPS, **FIGURE_STEPS, **PACE_STEPS}
+STEPS = {**PATH_STEPS, **OBJECT_STEPS, **SIDE_STEPS, **FIGURE_STEPS, **PACE_STEPS}
 
 ORDER = (
     *("keep", "reverse", "mirror rotate tilt", "resize curve", "smooth", "straighten", "move", "quadrant height level"),

@@ -29,27 +29,27 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.19,
-    "both agree": 1.02,
-    "agree but for words left": 1.21,
-    "confidence": 0.84,
-    "the rules read otherwise": -1.21,
-    "contradicted": -0.62,
-    "the other contradicted": 0.46,
-    "likelihood": 0.43,
-    "in common": 1.72,
-    "the other reads nothing": -0.84,
+    "always": 1.12,
+    "both agree": 0.72,
+    "agree but for words left": 0.86,
+    "confidence": 0.69,
+    "the rules read otherwise": -0.46,
+    "contradicted": -0.40,
+    "the other contradicted": -0.16,
+    "likelihood": 0.50,
+    "in common": 0.42,
+    "the other reads nothing": -0.14,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.83, 0.15
+DO, SHOW = 0.78, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ = 0.56
 """How likely it has to be where the rules read every word and nothing speaks against it."""
 
-AGAINST_WHOLE = 0.88
+AGAINST_WHOLE = 0.82
 """How likely the network's reading has to be to be done where the rules read every word, and read it otherwise."""
 
 CERTAIN = 0.93
@@ -218,7 +218,8 @@ class Readings:
     def likeliest(self) -> tuple[By, F.Reading, float]:
         """Whose reading is the likeliest, the reading, and how likely it is meant (0..1)."""
         rated = {by: likelihood(self.grounds(by)) for by in self.candidates}
-        best: Who = "rules" if self._rules_prevail() else max(rated, key=lambda by: rated[by])
+        prevail = self._rules_prevail() and rated["rules"] >= WHOLE_READ
+        best: Who = "rules" if prevail else max(rated, key=lambda by: rated[by])
         return "both" if self.agree else best, self.candidates[best], rated[best]
 
     def sure(self, by: By, confidence: float) -> bool:

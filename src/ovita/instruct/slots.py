@@ -21,7 +21,7 @@ TRAINED = (
     "move", "end", "closer", "farther", "clearance", "via", "side", "pace", "keep", "stop", "wait", "extend", "smooth",
     "waypoints", "circle", "spiral", "eight", "zigzag", "wave", "shake", "hop", "hover", "mirror", "rotate", "tilt",
     "resize", "curve", "straighten", "height", "bound", "reverse", "return", "trim", "quadrant", "avoid",
-    "level",
+    "level", "nonstop", "arrive",
 )  # fmt: skip
 """The frames that the network was trained on, in the order of its classes; the rules alone read any other."""
 ACTIONS = ("none", "ask", "improper", *TRAINED, *(name for name in EDITS if name != "also"))
