@@ -13,7 +13,7 @@ table = Scene(
 arm = Robot.preset("arm")
 
 # %% The way is planned, the rest of the sentence adapts it
-sentence = "From the box to the plate over the bottle, slowly, then a small spiral"
+sentence = "From the box to the plate over the bottle, slowly, then a spiral"
 made = from_words(sentence, table, arm, writer="builtin")
 print(made.route.start.label, "->", made.route.goal.label, "| the rest:", made.route.rest)
 print(made.status, *made.adaptation.plan, sep="\n  ")

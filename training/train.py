@@ -224,6 +224,8 @@ class Model(nn.Module):
             for name, a in arrays.items()
             if a.dtype.kind in "if" and not name.endswith(".scale") and not name.startswith("calibration")
         }
+        if len(floats["heads.bias"]) != len(self.heads.bias):
+            raise SystemExit(f"{file} was trained for other classes than `instruct/slots.HEADS` has now")
         before = {piece: i for i, piece in enumerate(str(arrays["vocabulary"]).split("\n"))}
         marks = [before[piece] for piece in pieces[-len(MARKS) :]]
         with torch.no_grad():

@@ -40,7 +40,7 @@ SCENE = Scene(tuple(SceneObject(name, np.array([i, 1.0, 0.5])) for i, name in en
         # what turns a sense round
         ("the lamp is much too near", "farther lamp"),
         ("you drive too slowly", "pace faster"),
-        ("without bumping into the box", "farther box"),
+        ("without bumping into the box", "clearance box at_least=0m"),
         # distances
         ("reduce the gap between the gripper and the lamp", "closer lamp"),
         ("leave more space around the box", "farther box"),

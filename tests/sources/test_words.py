@@ -298,7 +298,7 @@ def test_as_fast_as_possible_plans_at_the_highest_speed():
 
 
 def test_the_whole_sentence_is_the_instruction_and_planning_its_first_step():
-    text = "From the box to the plate over the bottle, slowly, then a small spiral"
+    text = "From the box to the plate over the bottle, slowly, then a spiral"
     result = from_words(text, TABLE, ARM, writer="builtin").adaptation
     assert result.status in ("done", "limited") and result.instruction == text
     assert result.plan[0].startswith("Plan the way from above the box") and len(result.plan) == 3

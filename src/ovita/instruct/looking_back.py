@@ -236,10 +236,10 @@ def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
     best = max(points, key=lambda who: points[who])
     reading = readings[best]
     likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
+    if _earlier(() if reading is None else reading.edits, it.said):
+        return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     if reading is None:
         return heard.edits if _goes_on_there(heard.edits.edits, it.said) else None
-    if _earlier(reading.edits, it.said):
-        return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     if best == "network" and _is_risky(reading.edits, it):
         likely = min(likely, UNSURE)
     return replace(reading, edits=_of_the_wait(reading.edits, it.said), confidence=likely)
@@ -275,9 +275,10 @@ def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
 
 
 def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether more of a speed was read where it is to begin earlier."""
+    """Whether more of a speed, or nothing, was read where it is to begin earlier."""
     paced = bool(said.before) and all(isinstance(frame, F.Pace) for frame in said.before)
-    return paced and not {"earlier", "sooner"}.isdisjoint(words_in(said.pieces)) and _some(edits, E.Rescale)
+    earlier = not {"earlier", "sooner"}.isdisjoint(words_in(said.pieces)) and not _names_others(said)
+    return paced and earlier and (not edits or _some(edits, E.Rescale))
 
 
 def _counts_turns(edits: Sequence[E.Edit]) -> bool:

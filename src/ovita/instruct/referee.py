@@ -218,7 +218,7 @@ class Readings:
     def likeliest(self) -> tuple[By, F.Reading, float]:
         """Whose reading is the likeliest, the reading, and how likely it is meant (0..1)."""
         rated = {by: likelihood(self.grounds(by)) for by in self.candidates}
-        prevail = self._rules_prevail() and rated["rules"] >= WHOLE_READ
+        prevail = self._rules_prevail(rated.get("rules", 0.0))
         best: Who = "rules" if prevail else max(rated, key=lambda by: rated[by])
         return "both" if self.agree else best, self.candidates[best], rated[best]
 
@@ -236,13 +236,16 @@ class Readings:
         apart = any(frame.part.kind == "outside" for frame in frames_of(self.rules))
         return apart and bool(self.learned and self.learned.improper)
 
-    def _rules_prevail(self) -> bool:
-        """Whether the rules read all of it, and the network leaves words, holds the opposite or means another part."""
+    def _rules_prevail(self, likely: float) -> bool:
+        """Whether the rules read all of it, and the network leaves words, is contradicted or means another part.
+
+        Or it holds the opposite, where the rules are likely enough to be done.
+        """
         if not self.whole or self.learned is None or "rules" not in self.candidates:
             return False
         mine, theirs = frames_of(self.rules), frames_of(self.learned)
         doubtful = self.learned.unread or contradictions(self.said, theirs)
-        return bool(doubtful) or opposed(theirs, mine) or _but_for_the_part(theirs, mine)
+        return bool(doubtful) or _but_for_the_part(theirs, mine) or (likely >= WHOLE_READ and opposed(theirs, mine))
 
     def grounds(self, by: Who) -> dict[str, float]:
         """What speaks for and against a reader's reading, by the names of POINTS."""

@@ -229,10 +229,13 @@ def with_units(
 
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
+        if multiplied and isinstance(frame, F.Approach) and frame.by is not None and not frame.by.unit:
+            return replace(frame, by=replace(frame.by, unit="x", role="to"))
         bare = _bare(frame, numbers)
         return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
 
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
+    multiplied = any(chunk.kind == "multiply" for chunk in said)
     return tuple(map(filled, frames))
 
 
