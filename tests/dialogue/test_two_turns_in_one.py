@@ -43,6 +43,13 @@ def test_a_correction_and_a_further_wish_go_and_come_back_as_one(said):
     assert session.redo() and np.array_equal(session.current.to_array(), after.to_array())
 
 
+@pytest.mark.parametrize("said", ["undo that, and go up by 10 cm", "Take that back and go 10 cm up."])
+def test_a_step_back_and_what_to_do_instead_are_two_turns_that_come_back_as_one(said):
+    session, result = talk("5 cm to the left", said)
+    assert result.status == "done" and len(session.steps) == 1
+    assert np.allclose(session.current.positions - PATH.positions, [0, 0, 0.1])
+
+
 @pytest.mark.parametrize(
     "said", ["make it 10 cm, and fly to the lamp and dance", "make it 10 cm, and wait at the table for a blorf"]
 )
