@@ -50,6 +50,14 @@ def test_a_step_back_and_what_to_do_instead_are_two_turns_that_come_back_as_one(
     assert np.allclose(session.current.positions - PATH.positions, [0, 0, 0.1])
 
 
+def test_what_is_dropped_and_what_to_do_instead_come_back_as_one():
+    session, result = talk("5 cm to the left and slow down near the piano", "scrap the shift, just go up by 10 cm")
+    after = session.current
+    assert result.status == "done" and np.allclose(after.positions - PATH.positions, [0, 0, 0.1])
+    assert session.undo() and np.allclose(session.current.positions - PATH.positions, [-0.05, 0, 0])
+    assert session.redo() and np.array_equal(session.current.to_array(), after.to_array())
+
+
 @pytest.mark.parametrize(
     "said", ["make it 10 cm, and fly to the lamp and dance", "make it 10 cm, and wait at the table for a blorf"]
 )

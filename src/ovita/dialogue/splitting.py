@@ -38,7 +38,6 @@ def _halves(said: str, state: DialogueState) -> Iterator[tuple[str, str]]:
 PAUSES = ("and", "comma", "dot")
 """Classes of what stands between two turns that are said as one."""
 
-
 BACK = ("undo", "restart")
 """Commands that take steps back."""
 

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals
-from ovita.instruct.chunks import DOING, Chunk, chunks
+from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.facts import UNKNOWN
 from ovita.instruct.landmarks import by_feature, on_axes
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
 from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
+from ovita.instruct.senses import DOING
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 

@@ -14,13 +14,14 @@ from functools import cached_property
 from typing import Literal
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import DOING, Chunk
+from ovita.instruct.chunks import Chunk
 from ovita.instruct.contradictions import CHECKS, LEFT, NEVER, contradictions
 from ovita.instruct.edits import Also, Edit
 from ovita.instruct.facts import BOUNDS, UNKNOWN, clauses, opposed
 from ovita.instruct.meaning import same
 from ovita.instruct.patterns import FRACTION
 from ovita.instruct.rules import PAUSES
+from ovita.instruct.senses import DOING
 from ovita.paths.part import WHOLE
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]

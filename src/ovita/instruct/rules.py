@@ -15,12 +15,13 @@ from functools import cache, cached_property
 from typing import Any
 
 from ovita.instruct import frames as F
-from ovita.instruct.chunks import COMPARED, DOING, SIDEWAYS, Build, Chunk, chunks, kinds, spoken
+from ovita.instruct.chunks import Build, Chunk, chunks, kinds, spoken
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.fillers import FREE, LIMITING, Constituents, parts, weight
 from ovita.instruct.frames import Quantity
 from ovita.instruct.numerals import bare_unit
 from ovita.instruct.patterns import NEARBY, PATTERNS, QUANTITIES
+from ovita.instruct.senses import COMPARED, DOING, SIDEWAYS
 from ovita.instruct.table import ROWS, Match, frame_of, match
 from ovita.instruct.together import (
     added,
