@@ -13,7 +13,9 @@ from ovita.toolkit import avoid, dwell, go_round, keep_distance
 from ovita.toolkit.avoidance import shut
 
 S = np.linspace(0.0, 1.0, 80)
-places = st.tuples(st.floats(-0.5, 0.5), st.floats(-0.3, 0.3), st.floats(0.0, 1.0))
+places = st.tuples(
+    *[st.floats(low, high).map(lambda v: round(v, 3)) for low, high in ((-0.5, 0.5), (-0.3, 0.3), (0.0, 1.0))]
+)
 sizes = st.tuples(*[st.floats(0.05, 0.3)] * 3)
 
 
@@ -93,15 +95,15 @@ def test_a_way_around_passes_on_its_side_and_keeps_its_gap(place, size, bend, ri
     rows, item = path(bend, rise), SceneObject("box", place, size)
     moved = go_round(rows, item, side, gap=gap)
     assert np.allclose(moved[[0, -1]], rows[[0, -1]]) and np.allclose(moved[:, 3], rows[:, 3])
-    beyond = (moved[:, 1] - place[1]) * (1.0 if side == "front" else -1.0)
-    abreast = np.abs(moved[:, 0] - place[0]) < size[0] / 4.0
-    if abreast.any() and inside(shut("over", item, None, gap, rows[:, :3], RFU), rows[[0, -1]]) > 0.0:
-        assert beyond[abreast].min() > 0.0
+    x, beyond = moved[:, 0] - place[0], (moved[:, 1] - place[1]) * (1.0 if side == "front" else -1.0)
+    if inside(shut("over", item, None, gap, rows[:, :3], RFU), rows[[0, -1]]) > 0.0:
+        abreast = np.flatnonzero((x[:-1] <= 0.0) != (x[1:] <= 0.0))
+        assert (beyond[abreast] * x[abreast + 1] - beyond[abreast + 1] * x[abreast] > 0.0).all() == (len(abreast) > 0)
     assert abs(moved[:, 2].max() - rows[:, 2].max()) < 0.02
     way = moved[(moved[:, :2] != rows[:, :2]).any(axis=1)]
     if len(way) > 1:
         column = SceneObject("box", place, [*size[:2], 10.0]).cuboid  # as seen from above
-        assert column.closest(way[:, :3])[0] >= gap - 0.02 * (max(size) + 2.0 * gap)
+        assert column.closest(way[:, :3])[0] >= gap - 0.02 * (max(size) + 2.0 * gap) - 2e-3
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9, 15])

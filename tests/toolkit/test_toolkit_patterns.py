@@ -121,10 +121,11 @@ def test_a_spiral_after_rest_takes_the_usual_speed_and_comes_to_rest(line):
 def test_a_circle_winds_around_the_object_and_comes_back(rows, point, turns, radius, clockwise):
     ball = SceneObject("ball", point, [0.05, 0.05, 0.05])
     out = circle(rows, ball, radius=radius, turns=turns, clockwise=clockwise)
-    i = int(np.argmin(ball.distance(rows[:, :3])))
-    count = len(out) - len(rows)
-    assert np.array_equal(np.delete(out, range(i + 1, i + 1 + count), axis=0), rows)
-    new = out[i : i + 1 + count, :3]
+    nearest = int(np.argmin(ball.distance(rows[:, :3])))
+    i, new = inserted(out, rows)
+    if i != nearest:  # inside the ring: it begins where the path comes out
+        assert radius is not None and np.linalg.norm(rows[nearest, :2] - point[:2]) < radius
+    new = np.concatenate([rows[i : i + 1, :3], new[:, :3]])
     assert np.array_equal(new[-1], rows[i, :3])
     assert np.allclose(new[:, 2], rows[i, 2])
     flat = new[:, :2] - point[:2]

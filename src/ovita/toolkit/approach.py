@@ -95,7 +95,7 @@ def closer(
         faded = way * weights * _between_stays(rows, weights, beside, float(way))
         aim = np.hypot(np.maximum(flat - faded, 0.0), across)
         shift = _level_shift(away, aim, up, rows)
-    shift[aim >= distance] = 0.0
+    shift[aim >= distance * (1.0 - ROUNDING)] = 0.0
     shift = _held(shift, hold, frame)
     if isinstance(obj, SceneObject):
         shift *= _short_of(obj.body(rows[:, :3], space), rows[:, :3], shift, space)

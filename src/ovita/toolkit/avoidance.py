@@ -63,17 +63,17 @@ def _around_ends(path: Array, wall: Cuboid, bodies: Sequence[Cuboid]) -> Array:
     Where it crosses the wall it is shifted along it, with what is before and behind; so it crosses nowhere else.
     """
     ahead, across = wall.rotation[:, 0], wall.rotation[:, 1]
+    least, most = (float(sense * body.support(sense * ahead[None])[0] - wall.center @ ahead)
+                   for sense, body in zip((-1.0, 1.0), bodies, strict=True))  # fmt: skip
     for _ in range(len(path)):
         side, place = (path - wall.center) @ across, (path - wall.center) @ ahead
         share = side[:-1] / np.where(np.diff(side) == 0.0, 1.0, -np.diff(side))
         where = place[:-1] + share * np.diff(place)
-        crossed = np.flatnonzero((side[:-1] * side[1:] <= 0.0) & (np.abs(where) < wall.half[0]))
+        crossed = np.flatnonzero((side[:-1] * side[1:] <= 0.0) & (where > least + ROUNDING) & (where < most - ROUNDING))
         if not len(crossed):
             break
         i = int(crossed[0])
-        reach = [float(body.support(sense * ahead[None])[0] - sense * wall.center @ ahead)
-                 for sense, body in zip((-1.0, 1.0), bodies, strict=True)]  # fmt: skip
-        shift = min(reach[1] - where[i], -reach[0] - where[i], key=abs)
+        shift = min(most - where[i], least - where[i], key=abs)
         s = arc_length(path)
         at = s[i] + share[i] * (s[i + 1] - s[i])
         begin, end = (min(GENTLE * abs(shift), max(room, ROUNDING)) for room in (at, s[-1] - at))
@@ -155,7 +155,7 @@ def go_round(
         count, length = b - a + 1, arc_length(rope)
         even = np.linspace(0.0, length[-1], count)
         level = np.column_stack([np.interp(even, length, rope[:, k]) for k in range(2)])
-        if _clear_of(outline, level):
+        if _clear_of(outline, level) and _passes_above(level - centre):
             heights = np.interp(np.linspace(0.0, 1.0, count), fractions(stretch[a : b + 1]), stretch[a : b + 1] @ up)
             moved = path.copy()
             moved[first + a + 1 : first + b] = (level @ plane + heights[:, None] * up)[1:-1]

@@ -67,6 +67,8 @@ def kept_out(positions: Array, bodies: Sequence[Cuboid], selected: Mask, up: Arr
         up: Where the path is to keep its height, the unit vector (3,) that points up.
     """
     fresh = _distinct(positions)  # a dwell is one place, and its repeats stay with it
+    if np.count_nonzero(fresh) == 1:  # a path that stands still has no course to leave
+        return _cleared(positions, bodies, selected, np.zeros(len(fresh), dtype=bool), up)
     path, free = positions[fresh], selected[fresh]
     fixed = _staying(path, bodies, _dwells(fresh))
     return np.asarray(_kept_out(path, bodies, free, fixed, up)[np.cumsum(fresh) - 1])
