@@ -88,3 +88,14 @@ def test_an_unknown_object_is_named():
 def test_every_part_of_a_waypoint_is_refused():
     with pytest.raises(ValueError, match=r"every 0\.5 waypoints is no part"):
         PathPart("every", amount=0.5).mask(LINE, SCENE)
+
+
+def test_a_radius_of_the_surface_is_measured_from_the_box_itself():
+    scene = Scene((SceneObject("crate", [5.0, 0.0, 0.0], [3.0, 1.0, 1.0]), SceneObject("pin", [5.0, 0.0, 0.0])))
+    surface = PathPart("near", ("crate",), 0.6, of="surface")
+    assert surface.mask(LINE, scene).tolist() == only(3, 4, 5, 6, 7)
+    assert PathPart("near", ("crate",), 0.6, of="centre").mask(LINE, scene).tolist() == only(5)
+    assert PathPart("near", ("pin",), 0.6, of="surface").mask(LINE, scene).tolist() == only(5)
+    assert PathPart.from_json(json.loads(json.dumps(surface.to_json()))) == surface
+    with pytest.raises(ValueError, match="'centre' or 'surface'"):
+        PathPart.from_json({"near": "crate", "within": 1.0, "of": "edge"})

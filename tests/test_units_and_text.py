@@ -16,6 +16,7 @@ from ovita import text, units
         (3, "timesteps", (3.0, "step")),
         (1, "radian", (57.29577951308232, "deg")),
         (2, "m/s^2", (2.0, "m/s2")),
+        (10, "in/s", (0.254, "m/s")),
     ],
 )
 def test_units_come_in_si(value, word, expected):

@@ -42,31 +42,6 @@ def test_to_hover_over_a_thing_stays_so(said):
     assert [type(frame) for frame in frames_of(said)] == [F.Hover]
 
 
-def test_a_circle_after_a_thing_is_not_around_it():
-    (after,) = frames_of("make a little circle once it's past the fan")
-    (around,) = frames_of("circle the fan")
-    assert (after.place, after.part.kind) == ("", "after") and around.place == "fan"
-    plan = " ".join(done("make a little circle once it's past the fan").plan)
-    assert "closest to waypoint" in plan
-    two = frames_of("circle the fan and after it go slower")
-    assert [f.place for f in two if isinstance(f, F.Figure)] == ["fan"] and len(two) == 2
-
-
-def test_a_spiral_after_a_thing_does_not_wind_around_all_that_comes_then():
-    assert all(not frame.part for frame in frames_of("a spiral after the fan") if isinstance(frame, F.Figure))
-
-
-def test_until_a_thing_is_past_is_beside_it_too():
-    past, before = (done(said).adapted.speeds for said in ("slower until it is past the bed", "slower before the bed"))
-    beside = np.abs(PATH.positions[:, 0] - 0.6) < 0.5
-    assert (past[beside] < 0.39).all() and not (before[beside] < 0.39).all() and past[-1] == pytest.approx(0.4)
-
-
-def test_an_amount_for_the_whole_way_is_not_for_the_part_that_is_complained_of():
-    said = "it is too low in the middle, stay at least 70 cm above the ground the whole way"
-    assert [frame.part.kind for frame in frames_of(said)] == ["whole"]
-
-
 @pytest.mark.parametrize(
     ("said", "home"),
     [

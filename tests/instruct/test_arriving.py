@@ -48,7 +48,8 @@ def test_what_says_from_where_the_goal_is_reached_is_read_beside_the_rest(said, 
     ],
 )
 def test_what_is_passed_over_denied_or_asked_is_no_approach(said):
-    assert "arrive" not in show(understand(said, SCENE, PATH).reading.frames)
+    found = understand(said, SCENE, PATH)
+    assert found.outcome != "do" or "arrive" not in show(found.reading.frames)
 
 
 def test_the_goal_is_reached_straight_from_above():

@@ -28,7 +28,8 @@ SCENE = Scene((SceneObject("cup", [1.5, 0.6, 0.1], [0.1] * 3),))
     ],
 )
 def test_a_complaint_a_denial_and_what_is_before_something_else_cut_nothing(said):
-    assert "trim" not in show(understand(said, SCENE, PATH).reading.frames)
+    found = understand(said, SCENE, PATH)
+    assert found.outcome != "do" or "trim" not in show(found.reading.frames)
 
 
 def test_the_path_is_cut_between_waypoints_and_the_robot_comes_to_rest_as_before():
@@ -50,3 +51,28 @@ def test_a_ramp_keeps_the_stops():
     result = adapt(Request("start slow, then get faster and faster", path, SCENE))
     result = accept(result) if result.proposal is not None else result
     assert (result.adapted.speeds[4:7] == 0.0).all()
+
+
+@pytest.mark.parametrize("said", ["finish 60 cm earlier", "end 60 cm short of where it ends now"])
+def test_an_earlier_end_is_cut_and_not_gone_on_to_and_back(said):
+    result = adapt(Request(said, PATH, SCENE))
+    cut = (result.proposal or result).adapted
+    assert np.allclose(cut.positions[-1], [2.4, 0.0, 0.2]) and cut.length < PATH.length
+
+
+def test_a_ramp_over_the_last_metre_is_one_of_what_a_stop_leaves():
+    path = Trajectory(np.column_stack([np.linspace(0.0, 4.0, 81), np.zeros(81), np.full(81, 0.2)]), np.full(81, 0.5))
+    scene = Scene((SceneObject("gate", [3.0, 0.4, 0.2], [0.1] * 3),))
+    result = adapt(Request("stop 50 cm before the gate and ramp the speed down over the last 1 m", path, scene))
+    cut = (result.proposal or result).adapted
+    before = cut.arc_length[-1] - cut.arc_length
+    assert cut.length < 3.0 and cut.speeds[-1] == 0.0
+    assert (cut.speeds[(before > 0.3) & (before < 0.7)] < 0.45).all() and np.allclose(cut.speeds[before > 1.1], 0.5)
+
+
+def test_a_zone_that_is_stated_is_measured_from_the_surface():
+    path = Trajectory(np.column_stack([np.linspace(0.0, 4.0, 81), np.zeros(81), np.full(81, 0.2)]), np.full(81, 0.5))
+    carton = SceneObject("carton", [2.0, 0.4, 0.2], [0.8, 0.4, 0.4])
+    result = adapt(Request("within 30 cm of the carton at most 0.1 m/s", path, Scene((carton,))))
+    slow = (result.proposal or result).adapted.speeds <= 0.1 + 1e-9
+    assert np.array_equal(slow, carton.cuboid.depth(path.positions) <= 0.3) and 'of="surface"' in result.code

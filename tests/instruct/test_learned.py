@@ -91,3 +91,11 @@ def test_importing_loads_no_weights():
     assert (
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "0"
     )
+
+
+@pytest.mark.parametrize(
+    ("said", "speed"), [("no faster than 30 m/min near the cup", 0.5), ("at most 12 in/s near the cup", 0.3048)]
+)
+def test_a_rate_is_not_read_as_a_length(said, speed):
+    (frame,) = LearnedReader().read(said, SCENE_OF_CHECK).frames
+    assert frame.amount.value == pytest.approx(speed) and frame.amount.unit == "m/s"

@@ -18,7 +18,6 @@ UNUSUAL = [
     "avoid the left side",
     "don't go left",
     "make a figure eight around the cup and the fan",
-    "approach the cup from the left",
     "go left and end there",
     "stop slowing down",
     "go around the fan",

@@ -23,7 +23,7 @@ def test_without_names_it_is_the_list_of_the_prompt():
 
 def test_a_name_gives_the_whole_description_and_a_use():
     text = invoke("circle", "near").output
-    assert text.index("near(traj, obj, within)") < text.index(signature("circle"))
+    assert text.index("near(traj, obj, within, of='centre')") < text.index(signature("circle"))
     assert "radius: [m], > 0; None for" in text
     assert 'For "Circle once around the vase": traj = circle(' in text
 

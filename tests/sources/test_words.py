@@ -76,7 +76,7 @@ ARM = Robot.preset("arm")
         ("From box to plate, d(bottle) >= 0.12 m", "the box", [], "the plate", "d(bottle) >= 0.12 m"),
         ("One lap of the bottle between leaving the box and reaching the plate", "the box", [], "the plate",
          "One lap of the bottle"),
-        ("Zigzag it from the box to the plate", "the box", [], "the plate", "Zigzag"),
+        ("Zigzag it from the box to the plate", "the box", [], "the plate", "Zigzag it"),
         ("Bring the ring from the box to the plate", "the box", [], "the plate", ""),
         ("From the box to the plate at the end with a twist", "the box", [], "the plate", "at the end, with a twist"),
         ("Would you be so kind as to go from the box to the plate, pleeease", "the box", [], "the plate", ""),

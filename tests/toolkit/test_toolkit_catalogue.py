@@ -44,7 +44,7 @@ def test_the_description_is_short_and_complete():
 
 
 def test_the_description_of_some_names():
-    assert describe(["near"]).startswith("near(traj, obj, within): Mask: ")
+    assert describe(["near"]).startswith("near(traj, obj, within, of?): Mask: ")
     promises = describe(["expect_stop", "expect_closer"]).splitlines()[-1]
     assert promises == "expect_closer(obj, by?, where?), expect_stop(near?, OFFSET, before?)"
     offset, move = describe(["move"]).splitlines()

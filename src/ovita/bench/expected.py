@@ -96,6 +96,8 @@ class _Asked:
             return PathPart("range", amount=begin, until=until, unit="share")
         if part.kind in SHARES and part.amount is None:
             return replace(part, amount=SHARES[part.kind], unit="share")
+        if part.kind == "near" and part.amount is not None:
+            return replace(part, of=part.of or "surface")
         return replace(part, direction=self.word(part.direction)) if part.direction else part
 
     def word(self, direction: str) -> str:

@@ -1,45 +1,53 @@
-"""What the words of an utterance say of frames that both readers miss: signs, beside a thing, until it is past."""
+"""What the words of an utterance say of waits and bounds that both readers miss."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.edits import Also
-from ovita.instruct.facts import clauses
 from ovita.instruct.together import unit_of
-from ovita.paths.part import WHOLE, PathPart, any_of, near
 
 
-def as_said(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with what neither reader sees.
+def amended(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
+    """A reading with what neither reader sees.
 
-    A height below zero; a wait beside or under a thing, not above it; that the distance of every waypoint is
-    multiplied, not the path's; an amount that holds all along; that "back" is back to the path.
+    That is a wait beside or under a thing and not above it, one at each of several things, one that lasts longer than
+    the path stands there already, both bounds of "between 20 and 60 cm", and a distance of all waypoints.
     """
-    kinds = {chunk.kind for chunk in said}
-    below = {then.q.value for sign, then in pairwise(said) if sign.kind == "minus" and then.q}
-    led = _led_by(said)
+    frames, kinds = spread(reading.frames, said), {chunk.kind for chunk in said}
     if kinds.isdisjoint(("up", "over", "raise", "rising")):
-        frames = [_at_its_height(frame, led) for frame in frames]
+        led = _led_by(said)
+        frames = tuple(_at_its_height(frame, led) for frame in frames)
     if not kinds.isdisjoint(("multiply", "waypoints")):
-        frames = [_multiplied(frame) for frame in frames]
-    frames = _onto_the_path(frames, said)
-    return tuple(_below_zero(frame, below) for frame in _all_along(frames, said))
+        frames = tuple(_multiplied(frame) for frame in frames)
+    return prolonged(at_each(replace(reading, frames=frames), said), said)
 
 
-def in_places(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
-    """A reading with places that the network has no word for.
+def shortened(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
+    """A reading of the network whose way back from the goal is cut off, as its corpus means it: "end 20 cm earlier".
 
-    That is a figure after a thing and not around it, what holds until a thing is past, and waits at several things.
+    Only "back up 20 cm at the end" goes on to the goal and back from there.
     """
-    led, kinds = _led_by(said), {chunk.kind for chunk in said}
-    frames = tuple(_until_past(_figure_after(frame, led, kinds), said) for frame in reading.frames)
-    return at_each(replace(reading, frames=frames), said)
+    if any(chunk.text.lower().startswith(BACKING) for chunk in said):
+        return reading
+    also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
+    return _with_frames(reading, {frame: _cut_off(frame) for frame in (*reading.frames, *also)})
+
+
+BACKING = ("back up", "backing up", "back off", "back out", "reverse")
+"""How words begin that ask for the way back from the goal."""
+
+
+def _cut_off(frame: F.SemanticFrame) -> F.SemanticFrame:
+    match frame:
+        case F.Extend(by=F.Quantity(value=value) as by, place="", offset=()) if value < 0.0:
+            return F.Trim(cut="last", amount=replace(by, value=-value, said=""), words=frame.words)
+    return frame
 
 
 def _led_by(said: Sequence[Chunk]) -> dict[str, str]:
@@ -63,118 +71,11 @@ def _at_its_height(frame: F.SemanticFrame, led: Mapping[str, str]) -> F.Semantic
     return F.Wait(place=frame.objects[0], duration=frame.duration, words=frame.words)
 
 
-def _figure_after(frame: F.SemanticFrame, led: Mapping[str, str], kinds: Container[str]) -> F.SemanticFrame:
-    """A figure at a thing as one after it, where that is said: "a little circle once it's past the barrel".
-
-    A spiral of what comes after a thing would wind around all of that, so that it stays at the thing.
-    """
-    after = isinstance(frame, F.Figure) and frame.shape != "spiral" and led.get(str(frame.place)) == "after"
-    if not isinstance(frame, F.Figure) or not after or "around" in kinds:
-        return frame
-    return replace(frame, place="", part=PathPart("after", (frame.place,)))
-
-
-UNTIL = frozenset(("until", "till", "til", "'til"))
-"""Words for how long something holds."""
-
-
-def _until_past(frame: F.SemanticFrame, said: Sequence[Chunk]) -> F.SemanticFrame:
-    """What holds before a thing as what holds beside it too: "slower until it is past the bed"."""
-    if frame.part.kind != "before":
-        return frame
-    row = _without_fillers(said)
-    for until, past, thing in zip(row, row[1:], row[2:], strict=False):
-        passed = past.kind in ("past", "pass", "after", "farther") and thing.names == frame.part.places
-        if passed and until.text.lower() in UNTIL:
-            return replace(frame, part=any_of((frame.part, near(thing.names[0]))))
-    return frame
-
-
-def _all_along(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
-    """The one frame of an utterance as all along the path, where its amount stands beside "the whole way"."""
-    if len(frames) != 1 or frames[0].part.kind not in ("middle", "first", "last"):
-        return frames
-    values = {q.value for q in frames[0].quantities.values()}
-    whole = any(_says_all_along(clause, values) for clause in clauses(said))
-    return [replace(frames[0], part=WHOLE)] if whole else frames
-
-
-def _says_all_along(clause: Sequence[Chunk], values: Container[float]) -> bool:
-    """Whether a clause says an amount for the whole way, and no place."""
-    kinds = {chunk.kind for chunk in clause}
-    amount = any(chunk.q is not None and chunk.q.value in values for chunk in clause)
-    return amount and "whole" in kinds and kinds.isdisjoint(SAYING_WHERE)
-
-
-SAYING_WHERE = ("middle", "start", "goal", "nth", "half", "third", "quarter", "near", "after", "before", "between")
-"""Classes of words that say where on the path something is to be."""
-
-
-def _onto_the_path(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> Sequence[F.SemanticFrame]:
-    """Frames without the way back to the start where what is meant is back to the path: "left, then back on course"."""
-    returns = [frame for frame in frames if isinstance(frame, F.Return)]
-    words = " ".join(chunk.text.lower() for chunk in said).split()
-    homewards = not HOME.isdisjoint(words) or "start" in {chunk.kind for chunk in said}
-    if not returns or homewards or not any(map(_is_on_course, _behind_back(words))):
-        return frames
-    return [frame for frame in frames if frame not in returns]
-
-
-def _behind_back(words: Sequence[str]) -> list[list[str]]:
-    """What is behind each word for going back, without words that say nothing more."""
-    return [[w for w in words[i + 1 :] if w not in LINKING] for i, word in enumerate(words) if word in BACK]
-
-
-def _is_on_course(words: Sequence[str]) -> bool:
-    """Whether words begin with what is no place to come home to: "course", "how it was"."""
-    return not ON_COURSE.isdisjoint(words[:1]) or [*words[:2]] == ["how", "it"]
-
-
-BACK = frozenset("back return returns rejoin rejoins".split())
-"""Words for going back, to the start or to the path."""
-
-LINKING = frozenset("on onto in to for the its your our my usual normal original planned".split())
-"""Words behind them that say nothing more."""
-
-ON_COURSE = frozenset("course track line path route lane plan ending".split())
-"""What is no place to come home to."""
-
-HOME = frozenset("home start beginning origin".split())
-"""What is one."""
-
-
 def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
     """A distance that is multiplied, or the waypoints', is every waypoint's; else "twice as far" is the path's."""
     if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
         return frame
     return replace(frame, by=replace(frame.by, role="to"))
-
-
-def _below_zero(frame: F.SemanticFrame, below: Container[float]) -> F.SemanticFrame:
-    """A height with the sign that stands before it: "don't go lower than z = -0.2"."""
-    level = getattr(frame, "level", None)
-    if level is None or level.value not in below:
-        return frame
-    return replace(frame, level=replace(level, value=-level.value, said=""))  # type: ignore[call-arg]
-
-
-def halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
-    """Frames with a stop short of an object as a wait there, where it lasts or the path goes on after it.
-
-    "Stop 20 cm before the cup and wait 5 seconds", "stop 20 cm before the cup, then continue".
-    """
-    made: list[F.SemanticFrame] = []
-    on = any(chunk.kind == "then_on" for chunk in said)
-    for frame in frames:
-        if isinstance(frame, F.StopAt) and frame.by and on and len(frames) == 1:
-            return (F.Wait(place=frame.place, by=frame.by, words=frame.words),)
-        last = made[-1] if made else None
-        if isinstance(frame, F.Wait) and frame.duration and isinstance(last, F.StopAt) and last.by:
-            if frame.place in ("", "goal", last.place):
-                made[-1] = replace(frame, place=last.place, by=last.by, words=(*last.words, *frame.words))
-                continue
-        made.append(frame)
-    return tuple(made)
 
 
 def at_each(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:

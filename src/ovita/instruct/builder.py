@@ -427,16 +427,16 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
         amount = None if place == "middle" else part.amount
         return resolved(builder, PathPart(STRETCHES[place], amount=amount, unit="m"))
     if part.amount is not None:
-        return part
+        return replace(part, of=part.of or "surface")  # a distance that is said is to the surface, as everywhere
     if left_out and (told := next((f.part for f in builder.frames if _is_told(f.part, place)), None)):
-        return told  # "within a metre of it at most 0.4; outside of that as it is"
+        return resolved(builder, told)  # "within a metre of it at most 0.4; outside of that as it is"
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
     shifted = _shifts(builder) and not left_out
     reach, rest = _near_without_stays(builder, item, usual) if shifted else (usual, ())
     wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
-    there = PathPart("near", (item.name,), reach)
+    there = PathPart("near", (item.name,), reach, of="centre")
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 
 
@@ -500,7 +500,8 @@ def mask_code(builder: PolicyBuilder, part: PathPart, traj: str = "traj") -> str
         return _CODE.get(part.kind, _listed)(builder, part, traj)
     if part.kind == "near":
         path = builder.trajectory.positions
-        gap = float(builder.scene[part.places[0]].core(path).depth(path).min())
+        item = builder.scene[part.places[0]]
+        gap = float((item.cuboid if part.of == "surface" else item.core(path)).depth(path).min())
         builder.ask(f"No waypoint is {_words(part)}, the closest is {gap:.3g} m away: how near should count?")
     builder.ask(f"No part of the path is {_words(part)}: which part is meant?")
     return f"{traj}[:, 3] < 0.0"
@@ -510,7 +511,8 @@ def _near(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
     item = builder.scene[part.places[0]]
     at, meaning = builder.ref(item), f"distance to {item.name} that counts as near"
     radius = builder.knob(f"{at}_radius", part.amount or 0.0, "radius", meaning, "part", about=item.name)
-    return f"near({traj}, {at}, within={radius})"
+    of = ', of="surface"' if part.of == "surface" and item.dimensions is not None else ""
+    return f"near({traj}, {at}, within={radius}{of})"
 
 
 def _end(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
@@ -520,10 +522,19 @@ def _end(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
         name = builder.knob(f"{kind}_share", round(amount, 4), "share", meaning, "part", unit="")
         return f"{kind}({traj}, fraction={name})"
     if part.unit != "waypoints":
-        return _listed(builder, part, traj)
+        return _of_what_is_left(builder, part, traj) if kind == "last" else _listed(builder, part, traj)
     most = min(int(amount), len(builder.trajectory))
     name = builder.knob(f"{kind}_waypoints", most, "of", f"number of waypoints at the {side}", "part", unit="")
     return f"{kind}({traj}, {name})"
+
+
+def _of_what_is_left(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
+    """The last metres or seconds, of a path that was cut of what is left."""
+    rows = builder.rows()
+    if len(rows) >= len(builder.trajectory):
+        return _listed(builder, part, traj)
+    left = Trajectory.from_array(rows)
+    return f"last({traj}, {int(part.mask(left, builder.scene).sum())})"
 
 
 def _range(builder: PolicyBuilder, part: PathPart, traj: str) -> str:

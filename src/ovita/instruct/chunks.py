@@ -20,6 +20,7 @@ from ovita.instruct.senses import InContext, sense_at
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import POINT, Scene
 from ovita.paths.trajectory import Array
+from ovita.units import dimension
 
 SIGNS = ("-", "+", "_", "/")
 
@@ -49,7 +50,7 @@ def _sign_between(word: str, before: str, behind: str) -> list[str]:
     number = is_digits(behind)
     if number and is_digits(before):
         return ["to" if word == "-" else word]
-    if (word == "-" and number) or (word == "/" and before.lower() in ("m", "cm", "mm", "km")):
+    if (word == "-" and number) or (word == "/" and dimension(before) == "m"):
         return [word]
     if behind.lower() in AXES and before.lower() not in AXES:
         return ["minus" if word == "-" else word]

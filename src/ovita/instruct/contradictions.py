@@ -90,8 +90,8 @@ def _sign_left(it: Facts) -> str:
     return f"The minus of {below[0].text!r} has no place in it." if unsigned else ""
 
 
-UNSIGNED = (F.Resize, F.Rotate, F.Tilt, F.Wait, F.Clearance, F.Approach)
-"""Frames whose amounts have no sign."""
+UNSIGNED = (F.Resize, F.Rotate, F.Tilt, F.Wait, F.Clearance, F.Approach, F.Height)
+"""Frames that hold no sign that a reader passed over."""
 
 
 def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
@@ -144,26 +144,6 @@ def _compared(it: Facts) -> str:
     return ""
 
 
-def _denied(it: Facts) -> str:
-    """A way past, over or through something, where only that is denied: "do not fly over the cup"."""
-    passed = it.names(F.Visit | F.Hop | F.Hover | F.StopAt | F.Wait)
-    row = [chunk for chunk in it.row if chunk.kind not in PASSING]
-    named = [chunk.names for chunk in row]
-    for no, thing in pairwise(row):
-        if no.kind in DENYING and passed.intersection(thing.names) and named.count(thing.names) == 1:
-            return f"{no.text!r} denies it."
-    return ""
-
-
-DENYING = ("never", "avoid", "farther", "withdraw")
-"""Classes of words that deny a way to what is right behind them."""
-
-PASSING = frozenset(
-    "pass over under through thru touch to at by near stop wait hover between gap distance of in on from".split()
-)
-"""Classes of words that lead to an object."""
-
-
 def _one_of_two(it: Facts) -> str:
     """One of two opposite sides that are both asked for: "go left and right"."""
     one_side = any(len({*senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
@@ -179,14 +159,6 @@ def _above_lost(it: Facts) -> str:
         if word.kind in ("over", "under") and level:
             return f"{word.text!r} {thing.text} has no place in it."
     return ""
-
-
-def _away_lost(it: Facts) -> str:
-    """Something to stay away from, of which only a side is read."""
-    lost = it.names(F.Side) - it.names(F.Approach | F.Clearance)
-    rows = (it.row[k:] for k, chunk in enumerate(it.row) if chunk.kind == "farther")
-    first = (next((chunk for chunk in row if chunk.kind == "OBJ"), row[0]) for row in rows)
-    return next((f"What to stay away from, {thing.text}, is lost." for thing in first if lost & {*thing.names}), "")
 
 
 def _thing_moved(it: Facts) -> str:
@@ -381,16 +353,6 @@ def _leaves_out(part: PathPart) -> bool:
     return part.kind == "outside" or any(map(_leaves_out, part.parts))
 
 
-def _until_told(it: Facts) -> str:
-    """A wait whose end somebody is to tell: "wait there till I wave"."""
-    waits = any(frame.duration is None for frame in it.frames_of(F.Wait))
-    told = any(one in ("until", "till", "til") and two in SOMEBODY for one, two in pairwise(it.words))
-    return "It is not said how long to wait." if waits and told else ""
-
-
-SOMEBODY = frozenset("i i'm i've we you he she they someone somebody".split())
-
-
 def asked(it: Facts) -> str:
     """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
     first, second, *more = [*it.words, "", ""]
@@ -412,12 +374,12 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 """Words that make a question a wish."""
 
 
-LEFT = (_number_left, _sign_left, _object_left)
+LEFT = (_number_left, _object_left)
 """What is left of an utterance though it was said to be used."""
 
 NEVER = (
-    asked, _compared, _denied, _one_of_two, _by_or_to, _until_told, _conditional, _thing_moved, _wish_left, _other_deed,
-    _above_lost, _away_lost, _pointed, _without_unit, _exception_left,
+    asked, _sign_left, _compared, _one_of_two, _above_lost, _by_or_to, _conditional, _thing_moved, _wish_left,
+    _other_deed, _pointed, _without_unit, _exception_left,
 )  # fmt: skip
 """What is never done at once, however likely its reading is."""
 

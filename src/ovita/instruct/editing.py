@@ -427,7 +427,8 @@ def _part_about(part: PathPart, objects: tuple[str, ...]) -> PathPart:
     if part.kind == "near" and len(objects) > 1:
         return any_of([replace(part, places=(name,)) for name in objects])
     parts = tuple(_part_about(inner, objects) for inner in part.parts)
-    return replace(part, parts=parts, places=objects[: len(part.places)])
+    kept = part.places[: max(len(part.places) - len(objects), 0)]  # of two, the last is what is corrected
+    return replace(part, parts=parts, places=(*kept, *objects)[: len(part.places)])
 
 
 def _dropped(edit: Drop, frames: Frames, values: Values) -> Frames:

@@ -111,7 +111,7 @@ def canonical_part(part: PathPart) -> PathPart:
             part = PathPart("first" if end == "start" else "last")
     parts = tuple(sorted(map(canonical_part, part.parts), key=repr))
     unit = "waypoints" if part.amount is None and part.until is None else part.unit
-    return replace(part, parts=parts, amount=_six(part.amount), until=_six(part.until), unit=unit)
+    return replace(part, parts=parts, amount=_six(part.amount), until=_six(part.until), unit=unit, of="")
 
 
 THIRDS = {0.33: 1 / 3, 0.67: 2 / 3, 0.66: 2 / 3}

@@ -11,9 +11,11 @@ from ovita.instruct.lexicon import stems
 from ovita.units import LENGTHS, SPELLINGS
 
 UNITS: Mapping[tuple[str, ...], tuple[str, float]] = {
-    tuple(spelling.split()): (unit.dimension, unit.factor) for spelling, unit in SPELLINGS.items()
+    tuple(words.split()): (unit.dimension, unit.factor)
+    for spelling, unit in SPELLINGS.items()
+    for words in (spelling, spelling.replace("/", " / "))
 }
-"""Unit words in the singular to (dimension, factor to SI)."""
+"""Unit words in the singular, also those that a slash joins one by one, to (dimension, factor to SI)."""
 
 LONGEST_UNIT = max(map(len, UNITS))
 

@@ -225,8 +225,8 @@ def _is_passed_on_the_way(builder: PolicyBuilder) -> bool:
 
 
 def _at_the_end(part: PathPart) -> bool:
-    """Whether a part of the path is its end, by no length of its own."""
-    return part.kind == "last" and (part.amount is None or part.unit == "share")
+    """Whether a part of the path is its end, but for waypoints, which keep the numbers that they had."""
+    return part.kind == "last" and (part.amount is None or part.unit != "waypoints")
 
 
 def _sparing(builder: PolicyBuilder, frame: F.SemanticFrame, keeps: Sequence[F.Keep]) -> F.SemanticFrame:

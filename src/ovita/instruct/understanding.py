@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.amended import as_said, halted, in_places, prolonged, spread
+from ovita.instruct.amended import amended, shortened
 from ovita.instruct.beforehand import goes_past, heard_apart, stands, tells, with_landmarks
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import asked, contradictions
@@ -41,9 +41,9 @@ if TYPE_CHECKING:
     from ovita.instruct.learned import LearnedReader
     from ovita.instruct.looking_back import Hearing, Retrospect
 
+
 SHORT = 6
 """Chunks of an utterance that is so short that the network is not asked what it thinks of the rules' one frame."""
-
 
 EMPTY = frozenset(
     """the a an it its your my our please pls kindly thanks you go goes going move fly drive come be is are do make put
@@ -106,7 +106,7 @@ def otherwise(
     said, _ = chunks(text, scene, positions)
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
-        found = in_places(in_units(one, said, positions), said)
+        found = in_units(one if by == "rules" else shortened(one, said), said, positions)
         found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
@@ -161,20 +161,19 @@ def _understood(
     text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame], *, quick: bool
 ) -> Understanding:
     """As `understand`, of an utterance that is written out."""
-    rules = by_rules(text, scene, before, positions)
     said, _ = chunks(text, scene, positions)
-    rules = in_units(rules, said, positions)
+    rules = in_units(by_rules(text, scene, before, positions), said, positions)
     alone = len(rules.frames) == 1 and not isinstance(rules.frames[0], F.Keep)
     if quick and alone and _plain(said) and read_whole(said, rules):
-        rules = in_places(rules, said)
         return Understanding("do", rules, "rules", confidence=DO, rules=rules)
     reader = learned_reader()
     if reader is None or any(name_of(frame) not in TRAINED or _winds(frame) for frame in rules.frames):
-        return judged(said, in_places(rules, said), None)
+        return judged(said, rules, None)
     heard = reader.hear(text, scene, positions, before or None)
-    learned = in_units(reader.reading(heard), said, positions)
+    learned = reader.reading(heard)
     weighed: Weighed = {"rules": heard.weigh(items_of(rules)), "learned": heard.weigh(items_of(learned))}
-    return judged(said, in_places(rules, said), in_places(learned, said), weighed)
+    learned = in_units(shortened(learned, said), said, positions)
+    return judged(said, rules, learned, weighed)
 
 
 def _winds(frame: F.SemanticFrame) -> bool:
@@ -183,9 +182,8 @@ def _winds(frame: F.SemanticFrame) -> bool:
 
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
-    """A reading with contrasts of pace apart, and bare lengths in the unit that words or the path's size suggest."""
-    reading = replace(reading, frames=as_said(halted(spread(reading.frames, said), said), said))
-    reading = prolonged(reading, said)
+    """A reading with what neither reader sees, contrasts of pace apart, and bare lengths in a unit that suits."""
+    reading = amended(reading, said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
@@ -232,7 +230,8 @@ def overheard(
     if reader is None:
         return found, None
     heard = reader.hear(text, scene, positions, before)
-    learned, alone = in_units(reader.reading(heard), said, positions), reader.read(text, scene, positions)
+    learned = in_units(shortened(reader.reading(heard), said), said, positions)
+    alone = shortened(reader.read(text, scene, positions), said)
     learned = replace(learned, edits=in_excess(learned.edits, said, before))
     return found, Hearing(learned, alone)
 

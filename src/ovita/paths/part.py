@@ -55,6 +55,8 @@ class PathPart:
         ranges: First and last waypoint of each run of indices.
         count: Number of waypoints of the path that indices were made for.
         parts: What outside, both and either are made of.
+        of: What of an object the radius of near is measured from: its surface, or its centre, also if left open; of a
+            wide object the middle of its body.
     """
 
     kind: str = "whole"
@@ -66,6 +68,7 @@ class PathPart:
     ranges: tuple[tuple[int, int], ...] = ()
     count: int = 0
     parts: tuple[PathPart, ...] = ()
+    of: Literal["", "centre", "surface"] = ""
 
     def __post_init__(self) -> None:
         if self.kind != "whole" and self.kind not in _MASKS:
@@ -210,7 +213,9 @@ def _counted(unit: Unit) -> dict[str, Any]:
 
 
 _DOCUMENTS: Mapping[str, Callable[[PathPart], dict[str, Any]]] = {
-    "near": lambda p: {"near": p.places[0]} | ({} if p.amount is None else {"within": p.amount}),
+    "near": lambda p: (
+        {"near": p.places[0]} | ({} if p.amount is None else {"within": p.amount}) | ({"of": p.of} if p.of else {})
+    ),
     **dict.fromkeys(("first", "last"), lambda p: {p.kind: p.amount} | _counted(p.unit)),
     **dict.fromkeys(("middle", "turns", "every"), lambda p: {p.kind: p.amount}),
     **dict.fromkeys(("after", "before"), lambda p: {p.kind: p.places[0]}),
@@ -224,7 +229,7 @@ _DOCUMENTS: Mapping[str, Callable[[PathPart], dict[str, Any]]] = {
 }
 
 _FIELDS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
-    "near": lambda value, more: {"places": (value,), "amount": more.get("within")},
+    "near": lambda value, more: {"places": (value,), "amount": more.get("within"), "of": _of(more.get("of", ""))},
     **dict.fromkeys(("after", "before"), lambda value, _: {"places": (value,)}),
     "range": lambda value, more: {"amount": value[0], "until": value[1], "unit": _unit(more)},
     **dict.fromkeys(("heading", "beyond"), lambda value, more: {"direction": value, "amount": more.get("by")}),
@@ -232,6 +237,12 @@ _FIELDS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
     **dict.fromkeys(("both", "either"), lambda value, _: {"parts": tuple(map(PathPart.from_json, value))}),
 }
 """What a part's value and the other keys of its document stand for; any other value is an amount."""
+
+
+def _of(value: Any) -> Literal["", "centre", "surface"]:
+    if value not in ("", "centre", "surface"):
+        raise ValueError(f"of must be 'centre' or 'surface', not {value!r}")
+    return value  # type: ignore[no-any-return]
 
 
 def _unit(document: Mapping[str, Any]) -> Unit:
@@ -288,7 +299,14 @@ def _measure(trajectory: Trajectory, unit: Unit) -> Array:
 def _near(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     if part.amount is None:
         return _smallest(_distances(part, trajectory, scene), NEAREST)
-    return within_core(trajectory.positions, _core(part.places[0], trajectory, scene), part.amount)
+    return within_core(trajectory.positions, _measured_from(part, trajectory, scene), part.amount)
+
+
+def _measured_from(part: PathPart, trajectory: Trajectory, scene: Scene) -> Cuboid:
+    """What a radius about a place is measured from: the object itself, or the middle of it."""
+    item = scene[part.places[0]] if isinstance(part.places[0], str) and part.places[0] in scene else None
+    whole = part.of == "surface" and item is not None and item.dimensions is not None
+    return item.cuboid if whole and item is not None else _core(part.places[0], trajectory, scene)
 
 
 def _end(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:

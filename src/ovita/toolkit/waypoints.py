@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ovita.paths.correspondence import correspond
 from ovita.paths.geometry import Mask, runs, within_core
-from ovita.paths.scene import RFU, Frame
+from ovita.paths.scene import RFU, Frame, SceneObject
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target, followed
@@ -21,17 +21,22 @@ from ovita.toolkit.insertion import distinct
 
 
 @operation("Choose waypoints", core=True)
-def near(traj: ArrayLike, obj: Target, within: float) -> Mask:
-    """Mask: waypoints at most so many metres from an object's centre, or from the middle of a wide one.
+def near(traj: ArrayLike, obj: Target, within: float, of: str = "centre") -> Mask:
+    """Mask: waypoints at most so many metres from an object's centre, a wide one's middle, or its surface.
 
     Where only the line between two waypoints passes so near, the nearer one counts.
 
     Args:
         within: Distance [m], >= 0.
+        of: "centre", or "surface" of an object with dimensions, as for a distance that was said.
     """
     rows = arguments.waypoints(traj)
     radius = arguments.number(within, "within", low=0.0)
-    return within_core(rows[:, :3], arguments.core_of(obj, rows[:, :3]), radius)
+    if of not in ("centre", "surface"):
+        raise ValueError(f"of must be 'centre' or 'surface', not {of!r}")
+    whole = of == "surface" and isinstance(obj, SceneObject) and obj.dimensions is not None
+    body = obj.cuboid if whole else arguments.core_of(obj, rows[:, :3])  # type: ignore[union-attr]
+    return within_core(rows[:, :3], body, radius)
 
 
 @operation("Choose waypoints", core=True)
