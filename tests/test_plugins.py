@@ -109,7 +109,7 @@ def test_an_operation_is_known_to_prompts_to_the_check_and_to_the_catalogue(exam
 def test_a_robot_a_format_and_a_planner(example):
     out = example / "out.acme"
     command = ("--robot", "acme-cart", "--trajectory", out)
-    done = command_line.ovita("adapt", example / "scene.json", "go left by 0.1 and go at 2 m/s", *command)
+    done = command_line.ovita("adapt", example / "scene.json", "go left by 0.1 and speed up to 2 m/s", *command)
     assert done.returncode in (0, 5), done.stderr
     back = ov.load(out)
     assert len(back.trajectory) >= 11 and back.trajectory.speeds.max() <= 0.4 + 1e-9

@@ -339,7 +339,7 @@ def _unread(rules: F.Reading, learned: F.Reading | None) -> Understanding:
 
 
 def _but_for_the_part(one: Sequence[F.SemanticFrame], other: Sequence[F.SemanticFrame]) -> bool:
-    """Whether two readings differ only in parts of the path, degrees, and ending somewhere or passing there."""
+    """Whether two readings differ only in parts of the path, degrees, an end or a pass there, and "speed up to"."""
     mine, theirs = (tuple(map(_roughly, frames)) for frames in (one, other))
     return same(mine, theirs)
 
@@ -350,6 +350,8 @@ def _roughly(frame: F.SemanticFrame) -> F.SemanticFrame:
             frame = F.Visit(objects=(place,), relation="at")
         case F.MoveEnd(level=F.Quantity() as level):
             frame = F.Height(level=level)
+        case F.Pace(change="rampup", amount=F.Quantity(role="to")):
+            frame = replace(frame, change="set")
     return replace(frame, part=WHOLE, degree=None)
 
 
