@@ -79,7 +79,6 @@ SPEEDS = (
     *_per("{}/s", "m/s", _RATES),
     _unit("m/s", "m/s", 1.0, "mps, m s"),
     _unit("in/s", "m/s", 0.0254, "in/s, in/sec, in per second, ips"),
-    _unit("ft/s", "m/s", 0.3048, "fps"),
     _unit("kt", "m/s", 0.514444, "kt, knot, kts"),
     _unit("mph", "m/s", 0.44704, "mph, mile per hour, mile an hour"),
     _unit("m/min", "m/s", 1 / 60, "m/min, metre per minute, meter per minute, metre a minute, meter a minute"),

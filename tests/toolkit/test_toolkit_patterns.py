@@ -124,13 +124,14 @@ def test_a_circle_winds_around_the_object_and_comes_back(rows, point, turns, rad
     nearest = int(np.argmin(ball.distance(rows[:, :3])))
     i, new = inserted(out, rows)
     if i != nearest:  # inside the ring: it begins where the path comes out
-        assert radius is not None and np.linalg.norm(rows[nearest, :2] - point[:2]) < radius
+        assert np.linalg.norm(rows[nearest, :2] - point[:2]) < (ball.radius + 0.05 if radius is None else radius)
     new = np.concatenate([rows[i : i + 1, :3], new[:, :3]])
     assert np.array_equal(new[-1], rows[i, :3])
     assert np.allclose(new[:, 2], rows[i, 2])
     flat = new[:, :2] - point[:2]
     own = np.linalg.norm(rows[i, :2] - point[:2])
-    expected = max(own, ball.radius + 0.05) if radius is None else radius
+    near = np.linalg.norm(rows[nearest, :2] - point[:2])
+    expected = max(near, ball.radius + 0.05) if radius is None else radius
     on_ring = np.isclose(np.linalg.norm(flat, axis=1), expected)
     if own < 1e-6 or np.isclose(own, expected):
         flat = flat[on_ring]
@@ -199,9 +200,11 @@ def test_a_way_onto_a_circle_from_outside_does_not_cut_into_it():
 
 def test_a_circle_keeps_clear_of_an_object_on_the_path(line):
     ball = SceneObject("ball", [0.5, 0.0, 0.0], [0.1, 0.1, 0.1])
-    out = circle(line, ball, clockwise=True)
-    ring = np.linalg.norm(out[12:-11, :3] - ball.position, axis=1)
-    assert ring.max() == pytest.approx(ball.radius + 0.05)
+    _, new = inserted(circle(line, ball, clockwise=True), line)
+    away = np.linalg.norm(new[:, :3] - ball.position, axis=1)
+    assert away.min() > ball.radius and np.median(away) == pytest.approx(ball.radius + 0.05, abs=0.01)
+    # It begins where the path comes out, and draws no loops from the middle to the ring and back.
+    assert np.linalg.norm(np.diff(new[:, :3], axis=0), axis=1).sum() < 2.6 * np.pi * (ball.radius + 0.05)
     assert circle(line, [0.5, 0.0, 0.0]).shape[0] > 40
 
 

@@ -23,7 +23,7 @@ DENIED = frozenset(
         *("without", "must not", "mustn't", "must never", "should not", "shouldn't", "should never", "shall not"),
         *("may not", "not ever", "don't want", "do not want", "no need", "need not", "needn't", "instead of"),
         *("rather than", "not to", "so as not to", "try not to", "at no point", "nvr", "nor", "no more"),
-        *("doesn't", "doesnt", "does not", "forget", "forget about", "omit", "ditch"),
+        *("doesn't", "doesnt", "does not", "doesn't need", "forget", "forget about", "omit", "ditch"),
         *("skip", "remove", "cut", "drop", "delete", "cancel", "scrap", "lose", "leave out", "take out", "get rid of"),
     )
 )
@@ -130,7 +130,8 @@ def _denied_from(said: Sequence[Chunk], halt: int) -> int:
         return first
     if first < 0 or said[first].text.lower() not in DENIED or not LASTING.isdisjoint(word.split()):
         return -1
-    if said[first].text.lower().startswith("does") and not any(chunk.text.lower() in NEEDED for chunk in between):
+    needed = said[first].text.lower().endswith("need") or any(chunk.text.lower() in NEEDED for chunk in between)
+    if said[first].text.lower().startswith("does") and not needed:
         return -1
     told = first > 0 and said[first - 1].text.lower().startswith(("there", "does"))  # "there is no stop", a complaint
     return -1 if told and said[first].text.lower() in ("no", "not") else first

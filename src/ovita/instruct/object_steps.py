@@ -12,7 +12,7 @@ from ovita.instruct.builder import PolicyBuilder, argument, degree, short
 from ovita.instruct.degrees import Degree, nice
 from ovita.instruct.path_steps import APPROACH, CROWDED, ROOM_LEFT, aimed, is_a_body, steps, usual_gap, waited
 from ovita.limits.problem import is_support
-from ovita.paths.geometry import closest_to_point, runs
+from ovita.paths.geometry import closest_to_point, is_level, runs
 from ovita.paths.part import PathPart
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
@@ -287,7 +287,8 @@ def visit(builder: PolicyBuilder, frame: F.Visit) -> None:
     if frame.relation == "between":
         a, b = (*items, *items)[:2]
         code = f"midpoint({builder.ref(a)}, {builder.ref(b)})"
-        level = ", aim='level'" if any(map(F.tells_height, builder.frames)) else ""
+        flat = is_level(builder.positions, builder.axis("up"))
+        level = ", aim='level'" if flat or any(map(F.tells_height, builder.frames)) else ""
         through(builder, code, f"Bend the path through the midpoint of {a.name} and {b.name}.", level)
         return
     for item in items:

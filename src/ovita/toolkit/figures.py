@@ -169,7 +169,10 @@ def circle(
     i = arguments.locate(rows, centre, "obj")
     up = frame.direction("up")
     inside = i
-    i = i if radius is None or not isinstance(obj, SceneObject) else _crossing(rows, i, centre, radius, up)
+    size = obj.radius if isinstance(obj, SceneObject) else 0.0
+    beside = np.cross(rows[i, :3] - centre, up)
+    ring = positive(radius, "radius") if radius is not None else max(float(np.linalg.norm(beside)), size + CLEARANCE)
+    i = _crossing(rows, i, centre, ring, up) if isinstance(obj, SceneObject) else i
     ahead = level_heading(rows, i, up, frame.direction("front"))
     away = rows[i, :3] - centre
     centre += (away @ up) * up
@@ -179,8 +182,6 @@ def circle(
         centre, away = centre + positive(radius, "radius") * side, -positive(radius, "radius") * side
     distance = float(np.linalg.norm(away))
     outward = away / distance if distance > 1e-9 else np.cross(ahead, up)
-    size = obj.radius if isinstance(obj, SceneObject) else 0.0
-    ring = positive(radius, "radius") if radius is not None else max(distance, size + CLEARANCE)
     tangent = np.cross(up, outward)
     sense = _sense(tangent @ ahead < 0.0 if clockwise is None else clockwise)
     step, whole, goes_on = spacing(rows[:, :3]), count.is_integer(), i + 1 < len(rows)
