@@ -156,3 +156,18 @@ def test_a_second_half_that_waited_for_a_yes_in_a_saved_session_is_taken_back_wi
 def test_another_thing_for_a_stretch_between_two_takes_the_place_of_one():
     session, result = talk("one height between the piano and the table", "I meant the table, not the piano")
     assert result.status and len(session.current) == len(PATH)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "keep the ends where they were",
+        "but the start and goal should not move",
+        "Start and end must stay at their original points though",
+    ],
+)
+def test_both_ends_are_put_back_where_both_are_named(said):
+    session, result = talk("5 cm to the left", said)
+    after = session.current.positions
+    assert result.status == "done" and np.allclose(after[[0, -1]], PATH.positions[[0, -1]])
+    assert (np.abs(after - PATH.positions).max() > 0.04).all()

@@ -138,3 +138,17 @@ def test_the_limits_push_nothing_underground_but_a_workspace_below_it_holds():
     deep = low.with_(positions=low.positions - np.array([0.0, 0.0, 0.5]))
     result = adapt(deep, "up by 0.6", scene=Scene(), robot=sunk, writer="builtin")
     assert result.status == "limited" and result.adapted.positions[:, 2].max() <= -0.2 + 1e-6
+
+
+@pytest.mark.parametrize(
+    "said", ["stop 20 cm before the fan, then continue", "stop 20 cm before the fan and wait 5 seconds"]
+)
+def test_a_stop_short_of_a_thing_before_it_goes_on_is_a_wait(said):
+    (frame,) = frames_of(said)
+    assert isinstance(frame, F.Wait) and frame.by.value == pytest.approx(0.2 if frame.by.unit == "m" else 20)
+
+
+def test_a_stop_before_it_goes_on_does_not_end_the_path():
+    result = done("stop at the fan, then go on")
+    assert np.allclose(result.adapted.positions[-1], PATH.positions[-1]) and (result.adapted.speeds[1:-1] == 0.0).any()
+    assert not np.allclose(done("stop at the fan for good").adapted.positions[-1], PATH.positions[-1])

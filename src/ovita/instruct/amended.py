@@ -17,9 +17,10 @@ def amended(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     """A reading with what neither reader sees.
 
     That is a wait beside or under a thing and not above it, one at each of several things, one that lasts longer than
-    the path stands there already, both bounds of "between 20 and 60 cm", and a distance of all waypoints.
+    the path stands there already, or short of a thing before it goes on, both bounds of "between 20 and 60 cm", and a
+    distance of all waypoints.
     """
-    frames, kinds = spread(reading.frames, said), {chunk.kind for chunk in said}
+    frames, kinds = _halted(spread(reading.frames, said), said), {chunk.kind for chunk in said}
     if kinds.isdisjoint(("up", "over", "raise", "rising")):
         led = _led_by(said)
         frames = tuple(_at_its_height(frame, led) for frame in frames)
@@ -76,6 +77,25 @@ def _multiplied(frame: F.SemanticFrame) -> F.SemanticFrame:
     if not isinstance(frame, F.Approach) or frame.by is None or frame.by.unit != "x":
         return frame
     return replace(frame, by=replace(frame.by, role="to"))
+
+
+def _halted(frames: Sequence[F.SemanticFrame], said: Sequence[Chunk]) -> tuple[F.SemanticFrame, ...]:
+    """Frames with a stop as a wait, where the path goes on after it, or short of an object where it lasts.
+
+    "Stop 20 cm before the cup and wait 5 seconds", "stop 20 cm before the cup, then continue".
+    """
+    made: list[F.SemanticFrame] = []
+    on = any(chunk.kind == "then_on" for chunk in said)
+    for frame in frames:
+        if isinstance(frame, F.StopAt) and on and len(frames) == 1:
+            return (F.Wait(place=frame.place, by=frame.by, words=frame.words),)
+        last = made[-1] if made else None
+        if isinstance(frame, F.Wait) and frame.duration and isinstance(last, F.StopAt) and last.by:
+            if frame.place in ("", "goal", last.place):
+                made[-1] = replace(frame, place=last.place, by=last.by, words=(*last.words, *frame.words))
+                continue
+        made.append(frame)
+    return tuple(made)
 
 
 def at_each(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:

@@ -202,14 +202,16 @@ ENDED = ("start", "goal", "first", "last", "middle")
 
 
 def ends_kept(said: Remark) -> Iterator[Candidate]:
-    """An end where it was before all turns: "put the start back where it was", "but leave the goal as it is"."""
+    """An end where it was before all turns: "put the start back where it was", "but the goal should not move"."""
     pieces = [p for p in said.pieces if p.concept in ("start", "goal")]
     stay = [p for p in said.pieces if p.cues & {"keep", "where_it_was"} or p.concept == "original"]
+    stay += said.of("never") if said.cued("of_move") else []
     if pieces and stay and said.before and not any(map(_tells_more, said.pieces)):
-        ends: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
-        edits = tuple(edit for end in ends for edit in _back_at(said, end))
+        named: list[Any] = list(dict.fromkeys(p.concept for p in pieces))
+        both = any(p.text in ("ends", "both ends", "endpoints") for p in pieces)
+        edits = tuple(edit for end in (("start", "goal") if both else named) for edit in _back_at(said, end))
         used = (*pieces, *stay, *said.cued("not", "also", "restart", "undo", "keep", "of_move"))
-        yield Candidate(edits, (*used, *said.of("rest", "back")), sure=True)
+        yield Candidate(edits, (*used, *said.of("rest", "back", "waypoints")), sure=True)
 
 
 def _tells_more(piece: Phrase) -> bool:
