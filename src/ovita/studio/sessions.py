@@ -81,6 +81,7 @@ class SessionController:
         self.said: LastUtterance | None = None
         self.error = ""
         self._selected: tuple[tuple[int, int], Trajectory] | None = None
+        self.selecting = threading.RLock()  # a turn carries the selection over while the person may take it away
         self.lock = threading.RLock()
         self._watchers: list[Callable[[News], None]] = []
         self._knobs = threading.Condition()
@@ -102,14 +103,16 @@ class SessionController:
     @property
     def selected(self) -> tuple[int, int] | None:
         """The first and the last of the waypoints that a person selected, wherever they are by now; None once gone."""
-        if self._selected is not None and self._selected[1] is not self.session.current:
-            ends, path = self._selected
-            self.selected = carried_over(path.positions, self.session.current.positions, *ends)
-        return None if self._selected is None else self._selected[0]
+        with self.selecting:
+            if self._selected is not None and self._selected[1] is not self.session.current:
+                ends, path = self._selected
+                self.selected = carried_over(path.positions, self.session.current.positions, *ends)
+            return None if self._selected is None else self._selected[0]
 
     @selected.setter
     def selected(self, ends: tuple[int, int] | None) -> None:
-        self._selected = None if ends is None else (ends, self.session.current)
+        with self.selecting:
+            self._selected = None if ends is None else (ends, self.session.current)
 
     @property
     def selection(self) -> PathPart:

@@ -143,10 +143,11 @@ class Timeline:
     def show_selection(self) -> None:
         """Show which part is selected."""
         controller = self.desk.controller
-        ends = controller.selected
-        first, last = ends or (0, -1)
-        self._mark(controller.session.current.positions[first : last + 1])
-        self.wire.send("selected", {"range": ends})
+        with controller.selecting:  # what is shown last is what holds
+            ends = controller.selected
+            first, last = ends or (0, -1)
+            self._mark(controller.session.current.positions[first : last + 1])
+            self.wire.send("selected", {"range": ends})
 
     def show_picked(self, index: int | None) -> None:
         """Show which number the picked waypoint, counted from 0, has on a path that changed."""
