@@ -10,6 +10,7 @@ from itertools import pairwise
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.edits import Also
+from ovita.instruct.senses import BACKING
 from ovita.instruct.together import unit_of
 
 
@@ -30,18 +31,15 @@ def amended(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
 
 
 def shortened(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
-    """A reading of the network whose way back from the goal is cut off, as its corpus means it: "end 20 cm earlier".
+    """A reading of the network whose way back from the goal is cut off: "end 20 cm earlier".
 
-    Only "back up 20 cm at the end" goes on to the goal and back from there.
+    It was taught to say so as an extension below zero; its corpus says "trim" since. Only "back up 20 cm at the end"
+    goes on to the goal and back from there.
     """
     if any(chunk.text.lower().startswith(BACKING) for chunk in said):
         return reading
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     return _with_frames(reading, {frame: _cut_off(frame) for frame in (*reading.frames, *also)})
-
-
-BACKING = ("back up", "backing up", "back off", "back out", "reverse")
-"""How words begin that ask for the way back from the goal."""
 
 
 def _cut_off(frame: F.SemanticFrame) -> F.SemanticFrame:

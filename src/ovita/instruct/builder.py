@@ -500,8 +500,7 @@ def mask_code(builder: PolicyBuilder, part: PathPart, traj: str = "traj") -> str
         return _CODE.get(part.kind, _listed)(builder, part, traj)
     if part.kind == "near":
         path = builder.trajectory.positions
-        item = builder.scene[part.places[0]]
-        gap = float((item.cuboid if part.of == "surface" else item.core(path)).depth(path).min())
+        gap = float(builder.scene[part.places[0]].core(path, part.of).depth(path).min())
         builder.ask(f"No waypoint is {_words(part)}, the closest is {gap:.3g} m away: how near should count?")
     builder.ask(f"No part of the path is {_words(part)}: which part is meant?")
     return f"{traj}[:, 3] < 0.0"

@@ -61,7 +61,9 @@ def _sense(frame: F.Figure) -> str:
 
 def _turns(builder: PolicyBuilder, frame: F.Figure, usual: float, words: str) -> tuple[str, float]:
     turns = usual if frame.turns is None else frame.turns.value
-    turns = turns / 360.0 if turns >= 180.0 and turns % 90.0 == 0.0 else turns  # "a 360 around it"
+    if turns >= 180.0 and turns % 90.0 == 0.0:
+        builder.assume(f'"{turns:g}" is in degrees')  # "do a 360 around it"
+        turns /= 360.0
     if turns <= 0:
         builder.ask(f"{turns:g} turns: how many should it be?")
     return builder.knob("turns", turns, "count", words, "turns", unit=""), turns

@@ -14,6 +14,7 @@ from typing import Any, cast
 from ovita.instruct.chunks import COUNTED, Build, Chunk, in_role, kinds, merged, numbers
 from ovita.instruct.frames import Quantity, Role
 from ovita.instruct.numerals import unit_at
+from ovita.instruct.senses import BACKING
 from ovita.paths.part import PathPart, any_of, outside
 
 FLIPPED = {
@@ -333,7 +334,7 @@ def _back_along(found: Sequence[Chunk]) -> list[Chunk] | None:
     """Back up by 30 cm at the end: back along the path."""
     back = next(c for c in found if c.kind in ("back", "reverse"))
     q = numbers(found)[0]
-    meant = back.text.lower().startswith(("back up", "backing up", "back off", "back out", "reverse"))
+    meant = back.text.lower().startswith(BACKING)
     return [merged([back], "extend"), merged(found, "Qm", q=replace(q, value=-q.value, said=""))] if meant else None
 
 

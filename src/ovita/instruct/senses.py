@@ -17,6 +17,9 @@ DOING = frozenset(
 )
 """Classes of words that may begin what is to be done."""
 
+BACKING = ("back up", "backing up", "back off", "back out", "reverse")
+"""How words begin that ask for the way back from where the robot is."""
+
 SIDEWAYS = frozenset("left right front back".split())
 
 

@@ -73,6 +73,8 @@ class PathPart:
     def __post_init__(self) -> None:
         if self.kind != "whole" and self.kind not in _MASKS:
             raise ValueError(f"{self.kind!r} is no part of a path; known are whole, {', '.join(_MASKS)}")
+        if self.of not in ("", "centre", "surface"):
+            raise ValueError(f"of must be 'centre' or 'surface', not {self.of!r}")
 
     def __bool__(self) -> bool:
         return self.kind != "whole"
@@ -229,7 +231,7 @@ _DOCUMENTS: Mapping[str, Callable[[PathPart], dict[str, Any]]] = {
 }
 
 _FIELDS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
-    "near": lambda value, more: {"places": (value,), "amount": more.get("within"), "of": _of(more.get("of", ""))},
+    "near": lambda value, more: {"places": (value,), "amount": more.get("within"), "of": more.get("of", "")},
     **dict.fromkeys(("after", "before"), lambda value, _: {"places": (value,)}),
     "range": lambda value, more: {"amount": value[0], "until": value[1], "unit": _unit(more)},
     **dict.fromkeys(("heading", "beyond"), lambda value, more: {"direction": value, "amount": more.get("by")}),
@@ -237,12 +239,6 @@ _FIELDS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
     **dict.fromkeys(("both", "either"), lambda value, _: {"parts": tuple(map(PathPart.from_json, value))}),
 }
 """What a part's value and the other keys of its document stand for; any other value is an amount."""
-
-
-def _of(value: Any) -> Literal["", "centre", "surface"]:
-    if value not in ("", "centre", "surface"):
-        raise ValueError(f"of must be 'centre' or 'surface', not {value!r}")
-    return value  # type: ignore[no-any-return]
 
 
 def _unit(document: Mapping[str, Any]) -> Unit:
@@ -267,10 +263,10 @@ def _distances(part: PathPart, trajectory: Trajectory, scene: Scene, i: int = 0)
     return _core(part.places[i], trajectory, scene).depth(trajectory.positions)
 
 
-def _core(what: Place, trajectory: Trajectory, scene: Scene) -> Cuboid:
-    """What distances to a place are measured from: a point, or the middle of a wide object (`SceneObject.core`)."""
+def _core(what: Place, trajectory: Trajectory, scene: Scene, of: str = "centre") -> Cuboid:
+    """What distances to a place are measured from: a point, or what `SceneObject.core` says of an object."""
     if isinstance(what, str) and what not in ("start", "goal"):
-        return scene[what].core(trajectory.positions)
+        return scene[what].core(trajectory.positions, of)
     return Cuboid(locate(what, trajectory, scene), np.eye(3), np.zeros(3))
 
 
@@ -299,14 +295,7 @@ def _measure(trajectory: Trajectory, unit: Unit) -> Array:
 def _near(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:
     if part.amount is None:
         return _smallest(_distances(part, trajectory, scene), NEAREST)
-    return within_core(trajectory.positions, _measured_from(part, trajectory, scene), part.amount)
-
-
-def _measured_from(part: PathPart, trajectory: Trajectory, scene: Scene) -> Cuboid:
-    """What a radius about a place is measured from: the object itself, or the middle of it."""
-    item = scene[part.places[0]] if isinstance(part.places[0], str) and part.places[0] in scene else None
-    whole = part.of == "surface" and item is not None and item.dimensions is not None
-    return item.cuboid if whole and item is not None else _core(part.places[0], trajectory, scene)
+    return within_core(trajectory.positions, _core(part.places[0], trajectory, scene, part.of), part.amount)
 
 
 def _end(part: PathPart, trajectory: Trajectory, scene: Scene) -> Mask:

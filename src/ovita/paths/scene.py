@@ -266,14 +266,20 @@ class SceneObject:
         """The body in space, for exact distances; an object without dimensions is a 5 cm cube."""
         return Cuboid(self.position, self.rotation, self.size / 2.0)
 
-    def core(self, path: Array) -> Cuboid:
+    def core(self, path: Array, of: str = "centre") -> Cuboid:
         """What a path (N, 3) [m] is closer to or farther from: the centre, or of a wide object the middle of its body.
 
         Past a wall or a pole the way to its centre leads along it; the line or the plate in its middle is straight
         ahead. An object is wide that is much longer than it is thick, and than the path is from its surface. Of an
         upright one that a level path passes at its height, it is the upright line in its middle: a path on the floor
         passes a door there, and not a metre below its centre.
+
+        Args:
+            path: (N, 3) [m].
+            of: "surface" for all of the body, as stated distances are measured; without dimensions it is the centre.
         """
+        if of == "surface" and self.dimensions is not None:
+            return self.cuboid
         centre = Cuboid(self.position, self.rotation, np.zeros(3))
         if self.dimensions is None:
             return centre

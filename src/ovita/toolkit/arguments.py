@@ -336,10 +336,10 @@ def locate(rows: Array, at: Place, name: str = "at") -> int:
     return int(np.argmin(np.linalg.norm(rows[:, :3] - point(at, name), axis=1)))
 
 
-def core_of(target: Target, positions: Array) -> Cuboid:
+def core_of(target: Target, positions: Array, of: str = "centre") -> Cuboid:
     """What a path (N, 3) is closer to or farther from: a point, an object's centre, or the middle of a wide one."""
     if isinstance(target, SceneObject):
-        return target.core(positions)
+        return target.core(positions, of)
     return Cuboid(point(target), np.eye(3), np.zeros(3))
 
 

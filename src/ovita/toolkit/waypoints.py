@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ovita.paths.correspondence import correspond
 from ovita.paths.geometry import Mask, runs, within_core
-from ovita.paths.scene import RFU, Frame, SceneObject
+from ovita.paths.scene import RFU, Frame
 from ovita.paths.trajectory import Array, interpolate, source_indices
 from ovita.toolkit import arguments
 from ovita.toolkit.arguments import Place, Target, followed
@@ -34,9 +34,7 @@ def near(traj: ArrayLike, obj: Target, within: float, of: str = "centre") -> Mas
     radius = arguments.number(within, "within", low=0.0)
     if of not in ("centre", "surface"):
         raise ValueError(f"of must be 'centre' or 'surface', not {of!r}")
-    whole = of == "surface" and isinstance(obj, SceneObject) and obj.dimensions is not None
-    body = obj.cuboid if whole else arguments.core_of(obj, rows[:, :3])  # type: ignore[union-attr]
-    return within_core(rows[:, :3], body, radius)
+    return within_core(rows[:, :3], arguments.core_of(obj, rows[:, :3], of), radius)
 
 
 @operation("Choose waypoints", core=True)
