@@ -8,6 +8,7 @@ from ovita.instruct.rules import read
 from ovita.paths.scene import Frame, Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
+from ovita.result import accept
 
 T = np.linspace(0.0, 1.0, 50)
 PATH = Trajectory(np.column_stack([0.8 * T, 0.2 * np.sin(3 * T), 0.2 + 0.1 * T]), 0.2 + 0.1 * np.sin(np.pi * T))
@@ -21,6 +22,7 @@ SCENE = Scene(OBJECTS)
 
 def said(sentence, frame="rfu"):
     result = adapt(Request(sentence, PATH, Scene(OBJECTS, Frame(frame))), writer="builtin")
+    result = accept(result) if result.proposal is not None else result
     assert result.status in ("done", "limited"), f"{sentence}: {result.unplaced} {result.question} {result.error}"
     return result.adapted
 

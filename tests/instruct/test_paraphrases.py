@@ -85,8 +85,8 @@ def test_doing_nothing_fails(wanted):
     assert not check(wanted).judge(TRAJECTORY, TRAJECTORY, SCENE).passed
 
 
-MISREAD = {"stay away from the smaller box on the left, the red box"}
-"""Where "on the left" is taken for the side on which to pass."""
+MISREAD = {"stay away from the smaller box on the left, the red box", "make sure you don't bump into the fan"}
+"""Where "on the left" is taken for the side on which to pass, and where a path that bumps into nothing hardly moves."""
 
 
 @pytest.mark.parametrize("wanted", GROUPS)

@@ -32,7 +32,7 @@ from ovita.limits.problem import kind_of
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Trajectory
-from ovita.policy.policy import run_proven
+from ovita.policy.policy import TooMuch, run_proven
 from ovita.policy.source import parse_tree
 from ovita.toolkit.speed import stop_at
 
@@ -158,7 +158,7 @@ def carried_out(frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene
         code = d.source(" ".join(d.plan))
         rows, _ = run_proven(parse_tree(code), trajectory.to_array(), scene)
         return Trial("done", code=code), Trajectory.from_array(rows)
-    except (OvitaError, ValueError, IndexError, KeyError) as error:
+    except (OvitaError, TooMuch, ValueError, IndexError, KeyError) as error:
         return Trial("failed", f"{type(error).__name__}: {error}"), None
 
 

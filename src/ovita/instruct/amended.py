@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.edits import Also
-from ovita.instruct.senses import BACKING
 from ovita.instruct.together import unit_of
 
 
@@ -28,25 +27,6 @@ def amended(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     if not kinds.isdisjoint(("multiply", "waypoints")):
         frames = tuple(_multiplied(frame) for frame in frames)
     return prolonged(at_each(replace(reading, frames=frames), said), said)
-
-
-def shortened(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
-    """A reading of the network whose way back from the goal is cut off: "end 20 cm earlier".
-
-    It was taught to say so as an extension below zero; its corpus says "trim" since. Only "back up 20 cm at the end"
-    goes on to the goal and back from there.
-    """
-    if any(chunk.text.lower().startswith(BACKING) for chunk in said):
-        return reading
-    also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
-    return _with_frames(reading, {frame: _cut_off(frame) for frame in (*reading.frames, *also)})
-
-
-def _cut_off(frame: F.SemanticFrame) -> F.SemanticFrame:
-    match frame:
-        case F.Extend(by=F.Quantity(value=value) as by, place="", offset=()) if value < 0.0:
-            return F.Trim(cut="last", amount=replace(by, value=-value, said=""), words=frame.words)
-    return frame
 
 
 def _led_by(said: Sequence[Chunk]) -> dict[str, str]:
@@ -140,14 +120,13 @@ def prolonged(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
     if not words:
         return reading
     unread = tuple(word for word in reading.unread if word not in words)
-    return replace(_with_frames(reading, {wait: _longer(wait) for wait in waits}), unread=unread)
+    return replace(_with_frames(reading, lambda frame: _longer(frame) if frame in waits else frame), unread=unread)
 
 
-def _with_frames(reading: F.Reading, changed: Mapping[F.SemanticFrame, F.SemanticFrame]) -> F.Reading:
-    """A reading with other frames for some of it, also for those that feedback adds."""
-    frames = tuple(changed.get(frame, frame) for frame in reading.frames)
-    edits = tuple(replace(e, frame=changed.get(e.frame, e.frame)) if isinstance(e, Also) else e for e in reading.edits)
-    return replace(reading, frames=frames, edits=edits)
+def _with_frames(reading: F.Reading, changed: Callable[[F.SemanticFrame], F.SemanticFrame]) -> F.Reading:
+    """A reading with its frames changed, also those that feedback adds."""
+    edits = tuple(replace(e, frame=changed(e.frame)) if isinstance(e, Also) else e for e in reading.edits)
+    return replace(reading, frames=tuple(map(changed, reading.frames)), edits=edits)
 
 
 def _hovers_at(frame: F.SemanticFrame) -> bool:

@@ -1,4 +1,4 @@
-"""What a reading of the network lacks and the sentence says: amounts that need no number, and mentions left over."""
+"""What a reading of the network lacks and the sentence says: amounts without a number, mentions left over, ways up."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ovita.instruct.frames import Extend, Height, Quantity, StopAt, Wait
+from ovita.instruct.frames import Extend, Figure, Height, Pace, Quantity, StopAt, Wait
 from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import Atom, Unfit
 
@@ -17,8 +17,13 @@ NONE = Quantity(0.0, "m")
 SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
 """Words with which a length is left to what a path stops at."""
 
-SHORTER = frozenset("short shorter shy earlier sooner".split())
-"""Words with which a path ends so much before its goal."""
+BACKING = frozenset("back backward backwards backing retreat retract reverse withdraw".split())
+"""Words with which what goes on beyond the goal goes back along the path."""
+
+SINKING = frozenset("down downward downwards descend descends descending descent sink sinks sinking drop".split())
+RISING = frozenset("up upward upwards ascend ascending ascent climb climbing rise rising".split())
+UPRIGHT = frozenset("vertical vertically upright".split())
+"""Words for where a figure leads."""
 
 
 def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
@@ -38,7 +43,7 @@ def _with_none(atom: Atom) -> Atom:
 
 
 def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple[tuple[Any, ...], frozenset[int]]:
-    """Items with what nothing points at: the distance left to a stop, whose height is meant, how much shorter.
+    """Items with what nothing points at: the distance left to a stop, whose height is meant, how far back.
 
     Args:
         items: Frames and edits.
@@ -76,9 +81,20 @@ def _completed(item: Any, words: frozenset[str], left: Sequence[int], seen: Sket
             return _stopped_short(item, left, seen)
         case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
             return _as_high_as(item, left, seen)
-        case Extend(place="", by=Quantity() as by) if by.value > 0 and not SHORTER.isdisjoint(words):
+        case Extend(place="", by=Quantity() as by) if by.value > 0 and not BACKING.isdisjoint(words):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
+        case Pace(change="slower", amount=Quantity(value=0.0)) if not item.part:
+            return replace(item, change="rampdown", amount=None), NOWHERE
+        case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(words):
+            return replace(item, rise=replace(rise, value=-abs(rise.value), said="")), NOWHERE
+        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or {"up", "down"} <= words:
+            return replace(item, upright=True), NOWHERE
     return item, NOWHERE
+
+
+def _sinks(words: frozenset[str]) -> bool:
+    """Whether words say that it goes down, and none that it goes up."""
+    return not SINKING.isdisjoint(words) and RISING.isdisjoint(words)
 
 
 def _stopped_short(stop: StopAt | Wait, left: Sequence[int], seen: Sketch) -> tuple[StopAt | Wait, int]:

@@ -326,7 +326,8 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     why = choice.atoms[0].label("choice") if choice.atoms else "nonsense"
     if first in ("improper", "none"):
         return {"improper": IMPROPER.get(why, IMPROPER["nonsense"]), "asks": why == "question"}
-    unclear = [seen.mentions[i] for i in sorted(choice.used) if seen.mentions[i].unclear]
+    pointed = range(len(seen.mentions)) if first == "ask" and why == "which" else sorted(choice.used)
+    unclear = [seen.mentions[i] for i in pointed if seen.mentions[i].unclear]
     if unclear and unclear[0].items:
         names = unclear[0].items
         listed = words_of.listed([words_of.the(name) for name in names], "or")

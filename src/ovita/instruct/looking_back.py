@@ -380,7 +380,8 @@ def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
     """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
     mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and asks_for_limit(it.said))
     against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said) or _drops_unnamed(edits, it.said)
-    return mere or against or _idle(edits, it.said.before)
+    repeats = _some(edits, E.Again) and bool(it.best.edits) and not _some(it.best.edits, E.Again)  # "lower it again"
+    return mere or against or repeats or _idle(edits, it.said.before)
 
 
 def _drops_unnamed(edits: Sequence[E.Edit], said: Remark) -> bool:

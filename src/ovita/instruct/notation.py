@@ -143,9 +143,11 @@ _UNITS: dict[str, Unit] = {"%": "share", "x": "share", "m": "m", "s": "s"}
 def where_of(part: PathPart) -> Where:
     """A part of the path as people tell it."""
     kind = part.kind
-    unit = "m" if kind in ("near", "beyond") else {"share": "%"}.get(part.unit, part.unit)
+    unit = "m" if _kind(part) in ("near", "beyond") else {"share": "%"}.get(part.unit, part.unit)
     first = 1 if kind == "range" and unit == "waypoints" else 0
-    begin = part.amount or (0.0 if kind == "range" else None)
+    reach = {inner.amount for inner in part.parts} if _kind(part) == "near" and part.parts else {part.amount}
+    begin = reach.pop() if len(reach) == 1 else None  # near one thing and another, within as much of each
+    begin = begin or (0.0 if kind == "range" else None)
     amount, until = (None if v is None else F.Quantity(v + first, unit) for v in (begin, part.until))
     return Where(_kind(part), _places_told(part), amount, until, part.direction)
 

@@ -30,21 +30,21 @@ By = Literal["both", "rules", "learned"]
 Weighed = Mapping[str, float]
 
 POINTS = {
-    "always": 1.12,
-    "both agree": 0.72,
-    "agree but for words left": 0.86,
-    "confidence": 0.69,
-    "the rules read otherwise": -0.46,
-    "contradicted": -0.40,
-    "the other contradicted": -0.16,
-    "likelihood": 0.50,
-    "in common": 0.42,
-    "the other reads nothing": -0.14,
+    "always": 0.94,
+    "both agree": 1.57,
+    "agree but for words left": 0.47,
+    "confidence": 0.68,
+    "the rules read otherwise": -0.09,
+    "contradicted": -0.72,
+    "the other contradicted": 0.17,
+    "likelihood": 0.53,
+    "in common": 0.33,
+    "the other reads nothing": -0.11,
 }
 """What each ground counts, as logarithms of odds; `training/referee.py` fits them on voices that the network had not
 seen."""
 
-DO, SHOW = 0.78, 0.15
+DO, SHOW = 0.80, 0.15
 """How likely a reading has to be meant to be done at once, and to be shown."""
 
 WHOLE_READ = 0.56

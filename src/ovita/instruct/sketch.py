@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import Quantity, SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.notation import show
-from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, more_first, unit_at
+from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, is_digits, more_first, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import POINT, Scene
@@ -35,6 +35,8 @@ COUNTED = {
     "once": (1.0, ""), "couple": (2.0, ""), "pair": (2.0, ""), "hundred": (100.0, ""), "dozen": (12.0, ""),
     "twice": (2.0, "x"), "thrice": (3.0, "x"), "double": (2.0, "x"), "doubled": (2.0, "x"), "doubling": (2.0, "x"),
     "triple": (3.0, "x"), "tripled": (3.0, "x"), "treble": (3.0, "x"), "quadruple": (4.0, "x"),
+    "quadrupled": (4.0, "x"), "twofold": (2.0, "x"), "threefold": (3.0, "x"), "fourfold": (4.0, "x"),
+    "fivefold": (5.0, "x"), "sixfold": (6.0, "x"), "tenfold": (10.0, "x"),
     "halve": (0.5, "%"), "halved": (0.5, "%"), "halving": (0.5, "%"),
     "halfway": (0.5, "%"), "half way": (0.5, "%"), "midway": (0.5, "%"), "midpoint": (0.5, "%"),
     "half turn": (180.0, "deg"), "half revolution": (180.0, "deg"), "half rotation": (180.0, "deg"),
@@ -61,6 +63,12 @@ PIECE = re.compile(rf"{WORD.pattern}|\S")
 JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 """The sign that joins two words, as in "forty-five"."""
 
+TIMES = re.compile(r"(?<!\S)[xX×](\d+(?:\.\d+)?)(?!\.?\w)")
+"""A factor behind its sign, "x2.5", which is as long as "2.5x"."""
+
+MULTIPLYING = frozenset("multiply multiplied multiplying divide divided dividing".split())
+"""Words with which a bare number behind a "by" is a factor."""
+
 SPELT_OUT = str.maketrans({"_": " ", "=": " ", "+": " and ", "@": " in ", ":": ","})
 """Signs of the notation in words."""
 
@@ -76,6 +84,7 @@ class Referent:
         value: The amount in `unit`.
         unit: SI dimension, "waypoints", or "".
         number: The number as it was said, before any unit.
+        said: The amount as it was said, "10cm"; "" where it has no unit, or not one in digits.
         weak: Whether it may well mean nothing ("one", "half").
     """
 
@@ -85,6 +94,7 @@ class Referent:
     value: float = 0.0
     unit: str = ""
     number: float = 0.0
+    said: str = ""
     weak: bool = False
 
     @property
@@ -95,7 +105,7 @@ class Referent:
     @property
     def quantity(self) -> Quantity:
         """The amount as a quantity."""
-        return Quantity(self.value, self.unit)
+        return Quantity(self.value, self.unit, said=self.said)
 
 
 @dataclass(frozen=True)
@@ -151,7 +161,7 @@ def sketch(
 
 def cut(text: str) -> list[tuple[str, Span]]:
     """The words, numbers and signs of a text, with where they stand."""
-    text = JOINED.sub(" ", text.replace("’", "'").replace("`", "'"))
+    text = TIMES.sub(r"\1x", JOINED.sub(" ", text.replace("’", "'").replace("`", "'")))
     return [piece for match in PIECE.finditer(text) for piece in _without_ending(match.group(), match.start())]
 
 
@@ -225,6 +235,10 @@ def _before(words: Sequence[str], i: int) -> str:
     return words[i - 1] if i else ""
 
 
+LONG = 4
+"""Words of a name of which one alone may stand for the thing; a longer one is a text, and no part of it is a name."""
+
+
 def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | None:
     """The one object that has a word in its name, or begins or ends with it: "the oak" for the oak board."""
     word, before = words[i], _before(words, i)
@@ -232,7 +246,8 @@ def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | 
         return None
     determined = before in DETERMINERS and (word,) not in terms()
     forms = {word, word.removesuffix("s") if len(word) > 4 else word}
-    fitting = [name for name, parts in catalog.words.items() if not forms.isdisjoint(parts)]
+    named = {name: parts for name, parts in catalog.words.items() if len(parts) <= LONG}
+    fitting = [name for name, parts in named.items() if not forms.isdisjoint(parts)]
     fitting = fitting or (_compounds(word, catalog) if determined else [])
     if len(fitting) != 1:
         return None
@@ -258,13 +273,23 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
     if amount.unit:
-        return Referent(None, value=value, unit=amount.unit, number=number), used
+        plain = is_digits(words[i]) and not any(map(is_digits, words[i + 1 : i + used]))
+        said = "".join(words[i : i + used]).replace("″", "in") if plain and words[i + 1 : i + used] else ""
+        return Referent(None, value=value, unit=amount.unit, number=number, said=said), used
     ranged = _range(words, i + used, value, _before(words, i))
     if ranged is not None:
         return replace(ranged[0], number=number), used + ranged[1]
     counted = WAYPOINT_WORDS.intersection(words[i + used : i + used + 1])  # the word stays to be read
     weak = words[i : i + used] == ["one"]
+    if not counted and _multiplies(words[max(i - 6, 0) : i]):
+        return Referent(None, value=value, unit="x", number=number), used
     return Referent(None, value=value, unit="waypoints" if counted else "", number=number, weak=weak), used
+
+
+def _multiplies(before: Sequence[str]) -> bool:
+    """Whether the number behind some words is a factor: "multiply the speed by 1.5", "by a factor of 2"."""
+    told = before[-1:] == ["by"] and not MULTIPLYING.isdisjoint(before)
+    return told or before[-1:] == ["times"] or before[-2:] == ["factor", "of"]
 
 
 def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int]:

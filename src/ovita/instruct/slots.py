@@ -287,8 +287,8 @@ def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
         quantity = atom.amounts.get(pointer)
         if quantity is not None:
             counted = pointer == "turns" or (pointer != "duration" and quantity.unit == "x")
-            slot = "waves" if pointer == "turns" and atom.label("action") == "wave" else pointer
-            found[slot] = replace(quantity, unit="") if counted else quantity
+            slot = "waves" if pointer == "turns" and atom.label("action") in ("wave", "zigzag") else pointer
+            found[slot] = replace(quantity, unit="", said="") if counted else quantity
     main, direction = _main_amount(atom, kind), atom.label("direction")
     if direction and "offset" in kind.__dataclass_fields__:
         return found | {"offset": ((direction, main),)}
@@ -322,6 +322,7 @@ def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
     return replace(
         quantity,
         value=-quantity.value if said == ("pace", "brake") else quantity.value,
+        said="" if said == ("pace", "brake") or unit != quantity.unit else quantity.said,
         unit="" if (*said, unit) == ("waypoints", "to", "waypoints") else unit,
         role=role,
     )

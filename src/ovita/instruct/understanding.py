@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.amended import amended, shortened
+from ovita.instruct.amended import amended
 from ovita.instruct.beforehand import goes_past, heard_apart, stands, tells, with_landmarks
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import asked, contradictions
@@ -106,7 +106,7 @@ def otherwise(
     said, _ = chunks(text, scene, positions)
     text, apart = heard_apart(text, scene, positions, ())
     for by, one in _readings(text, scene, positions):
-        found = in_units(one if by == "rules" else shortened(one, said), said, positions)
+        found = in_units(one, said, positions)
         found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, by, found.unread)
@@ -172,7 +172,7 @@ def _understood(
     heard = reader.hear(text, scene, positions, before or None)
     learned = reader.reading(heard)
     weighed: Weighed = {"rules": heard.weigh(items_of(rules)), "learned": heard.weigh(items_of(learned))}
-    learned = in_units(shortened(learned, said), said, positions)
+    learned = in_units(learned, said, positions)
     return judged(said, rules, learned, weighed)
 
 
@@ -230,8 +230,8 @@ def overheard(
     if reader is None:
         return found, None
     heard = reader.hear(text, scene, positions, before)
-    learned = in_units(shortened(reader.reading(heard), said), said, positions)
-    alone = shortened(reader.read(text, scene, positions), said)
+    learned = in_units(reader.reading(heard), said, positions)
+    alone = reader.read(text, scene, positions)
     learned = replace(learned, edits=in_excess(learned.edits, said, before))
     return found, Hearing(learned, alone)
 
