@@ -143,7 +143,6 @@ def test_a_sentence_becomes_its_frames(sentence, notation):
         ("stay on the right", "move right"),
         ("0.5 times as fast", "pace set to=50%"),
         # a clause of its own beside another one
-        ("approach the lamp, box >= 25 cm", "closer lamp; clearance box at_least=25cm"),
         ("keep away from the cup but stay close to the box", "farther cup; closer box"),
         ("lift everything while the goal stays put", "move up; keep goal"),
         ("smoother and with fewer points", "smooth; waypoints fewer"),

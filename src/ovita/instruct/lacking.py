@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ovita.instruct.frames import Extend, Figure, Height, Pace, Quantity, StopAt, Wait
+from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, StopAt, Wait
 from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import Atom, Unfit
 
@@ -58,7 +58,10 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     """
     words = frozenset(word for piece in seen.pieces for word in piece.text.lower().split())
     found: list[Any] = []
+    shared = len(items) > 1 and sum(m.unit in ("m", "") and not m.is_object for m in seen.mentions) == 1
     for item in items:
+        if isinstance(item, Clearance) and shared and "touch" in words:  # "go left by 0.2 and do not touch it"
+            item = replace(item, distance=replace(NONE, role="at_least"))
         told, mention = _completed(item, words, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
         found.append(told)
