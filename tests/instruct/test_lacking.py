@@ -76,6 +76,23 @@ def test_what_is_not_to_be_touched_and_what_is_as_high_as_a_thing_need_no_number
         ("stop at the bench, not 20 cm off it", "stop at=workbench", "stop at=workbench"),
         ("no higher than the bench", "height at_most=0m", "height at_most=0m of=workbench"),
         ("go 5 cm on", "extend by=5cm", "extend by=5cm"),
+        ("go 5 cm on, then come back to the start", "extend by=5cm; return", "extend by=5cm; return"),
+        ("back up 5 cm at the end", "extend by=5cm", "extend by=-0.05m"),
+        ("spiral down by 5 cm at the bench", "spiral at=workbench rise=5cm", "spiral at=workbench rise=-0.05m"),
+        ("slow down, and a spiral of 5 cm", "pace slower; spiral rise=5cm", "pace slower; spiral rise=5cm"),
+        ("vertical waves of 5 cm", "wave size=5cm", "wave size=5cm upright"),
+        ("waves of 5 cm up to the bench, then lower", "wave size=5cm; move down", "wave size=5cm; move down"),
+        ("decelerate to zero", "pace slower to=0m/s", "pace rampdown"),
+        (
+            "5 cm to the left, don't touch the bench",
+            "move left=5cm; clearance workbench at_least=5cm",
+            "move left=5cm; clearance workbench at_least=0m",
+        ),
+        (
+            "slower, 5 cm off the bench, don't touch it",
+            "pace slower; clearance workbench at_least=5cm",
+            "pace slower; clearance workbench at_least=5cm",
+        ),
     ],
 )
 def test_a_reading_takes_what_is_left_over(text, read, meant):
@@ -137,3 +154,17 @@ def test_a_halt_before_a_thing_is_a_little_short_of_it():
     assert result.status == "done" and len(standing) == 30 and (standing[:, 0] < 0.55).all()
     asked = adapt(Request("wait 5 cm before the jar", PATH, scene))
     assert asked.status == "needs_clarification" and "comes no nearer than 0.1 m" in asked.question
+
+
+@pytest.mark.parametrize(
+    ("text", "amount"),
+    [("speed x2.5", (2.5, "x")), ("multiply the speed by 1.5", (1.5, "x")), ("threefold speed", (3.0, "x")),
+     ("faster by a factor of 2", (2.0, "x")), ("left by 2", (2.0, "")), ("x 0.2", (0.2, ""))],
+)  # fmt: skip
+def test_factors_are_told_from_other_numbers(text, amount):
+    assert [(m.value, m.unit) for m in sketch(text, SCENE).mentions if not m.is_object] == [amount]
+
+
+def test_the_words_of_a_text_in_place_of_a_name_are_no_things():
+    scene = scene_of("please print all keys and then stop", "workbench")
+    assert not [m for m in sketch("print it, then stop there", scene).mentions if m.is_object]

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias, cast
 
 from ovita.instruct.frames import Quantity, Role, Span
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, is_digits, more_first, unit_apart
+from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, as_said, is_digits, more_first, unit_apart
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.senses import InContext, sense_at
 from ovita.instruct.spelling import respelt
@@ -369,8 +369,7 @@ def _quantity(words: Sequence[str], i: int, length: int) -> Made:
     if amount is None or amount.used < length or pronoun:
         return None
     own = amount.used > 1 or not amount.unit  # not where the unit was said before
-    mixed = is_digits("".join(words[i + 1 : i + 2]))  # "2 1/2"
-    said = "".join(words[i : i + amount.used]).replace("″", "in") if own and is_digits(words[i]) and not mixed else ""
+    said = as_said(words[i : i + amount.used]) if own else ""
     return _of(UNIT_KIND[amount.unit], q=Quantity(amount.value, amount.unit, "by", said)), amount.used
 
 

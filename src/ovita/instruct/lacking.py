@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ovita.instruct.frames import Clearance, Extend, Figure, Height, Pace, Quantity, StopAt, Wait
+from ovita.instruct.frames import (
+    Clearance,
+    Extend,
+    Figure,
+    Height,
+    Pace,
+    Quantity,
+    SemanticFrame,
+    StopAt,
+    Wait,
+    held_by,
+)
+from ovita.instruct.senses import BACKING
 from ovita.instruct.sketch import Sketch
 from ovita.instruct.slots import Atom, Unfit
 
@@ -17,13 +30,14 @@ NONE = Quantity(0.0, "m")
 SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
 """Words with which a length is left to what a path stops at."""
 
-BACKING = frozenset("back backward backwards backing retreat retract reverse withdraw".split())
-"""Words with which what goes on beyond the goal goes back along the path."""
-
 SINKING = frozenset("down downward downwards descend descends descending descent sink sinks sinking drop".split())
 RISING = frozenset("up upward upwards ascend ascending ascent climb climbing rise rising".split())
 UPRIGHT = frozenset("vertical vertically upright".split())
 """Words for where a figure leads."""
+
+UP_AND_DOWN = re.compile(r"\b(?:up (?:and )?down|down (?:and )?up)\b")
+SLOWING = re.compile(r"\b(?:slow\w*|wind\w*|calm\w*) (?:it )?down\b")
+"""Where "down" is no direction."""
 
 
 def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
@@ -56,13 +70,10 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     Raises:
         Unfit: If a height is neither said nor that of one thing.
     """
-    words = frozenset(word for piece in seen.pieces for word in piece.text.lower().split())
+    text = " ".join(piece.text.lower() for piece in seen.pieces if piece.text.isalpha())
     found: list[Any] = []
-    shared = len(items) > 1 and sum(m.unit in ("m", "") and not m.is_object for m in seen.mentions) == 1
     for item in items:
-        if isinstance(item, Clearance) and shared and "touch" in words:  # "go left by 0.2 and do not touch it"
-            item = replace(item, distance=replace(NONE, role="at_least"))
-        told, mention = _completed(item, words, _left(used, seen), seen)
+        told, mention = _completed(_untouched(item, items, text), text, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
         found.append(told)
     return tuple(found), used
@@ -77,26 +88,37 @@ def _left(used: frozenset[int], seen: Sketch) -> list[int]:
     return [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
 
 
-def _completed(item: Any, words: frozenset[str], left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
+def _untouched(item: Any, items: Sequence[Any], text: str) -> Any:
+    """A clearance whose distance is another wish's as one of none: "go left by 0.2 and do not touch the kettle"."""
+    if not isinstance(item, Clearance) or "touch" not in text.split():
+        return item
+    others = [one for one in items if isinstance(one, SemanticFrame) and one is not item]
+    shared = any(item.distance.value in held_by(other) for other in others)
+    return replace(item, distance=replace(NONE, role="at_least")) if shared else item
+
+
+def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
     """An item with what it lacks, and the mention that this was read from."""
+    words = frozenset(text.split())
     match item:
         case StopAt(by=None) | Wait(by=None) if item.named and not SHORT_OF.isdisjoint(words):
             return _stopped_short(item, left, seen)
         case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
             return _as_high_as(item, left, seen)
-        case Extend(place="", by=Quantity() as by) if by.value > 0 and not BACKING.isdisjoint(words):
+        case Extend(place="", by=Quantity() as by) if by.value > 0 and any(phrase in text for phrase in BACKING):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Pace(change="slower", amount=Quantity(value=0.0)) if not item.part:
             return replace(item, change="rampdown", amount=None), NOWHERE
-        case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(words):
+        case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(text):
             return replace(item, rise=replace(rise, value=-abs(rise.value), said="")), NOWHERE
-        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or {"up", "down"} <= words:
+        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or UP_AND_DOWN.search(text):
             return replace(item, upright=True), NOWHERE
     return item, NOWHERE
 
 
-def _sinks(words: frozenset[str]) -> bool:
+def _sinks(text: str) -> bool:
     """Whether words say that it goes down, and none that it goes up."""
+    words = frozenset(SLOWING.sub("", text).split())
     return not SINKING.isdisjoint(words) and RISING.isdisjoint(words)
 
 

@@ -104,6 +104,12 @@ def bare_unit(value: float, known: float | None, extent: float | None) -> float:
     return CENTI if abs(value) >= 1.0 and abs(value) > (FAR if extent is None else extent) else 1.0
 
 
+def as_said(words: Sequence[str]) -> str:
+    """An amount in digits as it was said, "10cm"; "" for one in words, or in several numbers ("2 1/2")."""
+    plain = is_digits(words[0]) and not any(map(is_digits, words[1:]))
+    return "".join(words).replace("″", "in") if plain else ""
+
+
 def is_digits(word: str) -> bool:
     """Whether a word is a number in digits."""
     return _DIGITS.fullmatch(word) is not None

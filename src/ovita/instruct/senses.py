@@ -17,7 +17,7 @@ DOING = frozenset(
 )
 """Classes of words that may begin what is to be done."""
 
-BACKING = ("back up", "backing up", "back off", "back out", "reverse")
+BACKING = ("back up", "backing up", "back off", "back out", "reverse", "retreat", "retract", "back along")
 """How words begin that ask for the way back from where the robot is."""
 
 SIDEWAYS = frozenset("left right front back".split())

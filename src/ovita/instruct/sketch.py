@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import Quantity, SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.notation import show
-from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, is_digits, more_first, unit_at
+from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, as_said, more_first, unit_at
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import POINT, Scene
@@ -273,8 +273,7 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     used, value = amount.used, abs(amount.value)
     number = _number_of(words[i], value)
     if amount.unit:
-        plain = is_digits(words[i]) and not any(map(is_digits, words[i + 1 : i + used]))
-        said = "".join(words[i : i + used]).replace("″", "in") if plain and words[i + 1 : i + used] else ""
+        said = as_said(words[i : i + used]) if used > 1 else ""
         return Referent(None, value=value, unit=amount.unit, number=number, said=said), used
     ranged = _range(words, i + used, value, _before(words, i))
     if ranged is not None:
