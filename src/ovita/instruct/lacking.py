@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -35,9 +34,11 @@ RISING = frozenset("up upward upwards ascend ascending ascent climb climbing ris
 UPRIGHT = frozenset("vertical vertically upright".split())
 """Words for where a figure leads."""
 
-UP_AND_DOWN = re.compile(r"\b(?:up (?:and )?down|down (?:and )?up)\b")
-SLOWING = re.compile(r"\b(?:slow\w*|wind\w*|calm\w*) (?:it )?down\b")
-"""Where "down" is no direction."""
+UP_AND_DOWN = ("up and down", "up down", "down and up")
+"""Phrases for the ways of what goes up and down."""
+
+NO_WAY_DOWN = frozenset("slow slows slowing slowed calm wind it".split())
+"""Words behind which a "down" is no direction: "slow down", "slow it down"."""
 
 
 def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
@@ -111,14 +112,17 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return replace(item, change="rampdown", amount=None), NOWHERE
         case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(text):
             return replace(item, rise=replace(rise, value=-abs(rise.value), said="")), NOWHERE
-        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or UP_AND_DOWN.search(text):
+        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or any(
+            phrase in text for phrase in UP_AND_DOWN
+        ):
             return replace(item, upright=True), NOWHERE
     return item, NOWHERE
 
 
 def _sinks(text: str) -> bool:
     """Whether words say that it goes down, and none that it goes up."""
-    words = frozenset(SLOWING.sub("", text).split())
+    pairs = pairwise(["", *text.split()])
+    words = {word for before, word in pairs if word != "down" or before not in NO_WAY_DOWN}
     return not SINKING.isdisjoint(words) and RISING.isdisjoint(words)
 
 
