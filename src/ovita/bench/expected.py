@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal
 
-import numpy as np
-
+from ovita.bench.asked_for import PATHLESS, SHARE_UNITS, SHARES, Asked, nearest_to, place_of, shared
 from ovita.instruct import frames as F
-from ovita.instruct.builder import direction_word
 from ovita.instruct.meaning import canonical
 from ovita.measure import predicates as P
 from ovita.measure.predicates import Check, asked
-from ovita.paths.geometry import extent
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import OPPOSITE, Scene, side_passed
 from ovita.paths.trajectory import Trajectory
-
-SHARE_UNITS = ("%", "x")
-"""Units of a quantity that is a share or a multiple of something."""
-
-SHARES = {"first": 0.25, "last": 0.25, "middle": 1 / 3, "turns": 0.25}
-"""The part of the waypoints that a part of the path means where it is left open."""
-
-PATHLESS = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
-"""Frames that say nothing about where the path goes."""
 
 RECOUNTED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Hover)
 """Frames that change which waypoints there are, other than by stopping at one."""
@@ -40,126 +27,9 @@ LIFTING = (F.Height, F.OneHeight, F.Hop, F.Hover, F.Tilt, F.Trim, F.Extend, F.Sm
 
 def expected(frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene) -> Check:
     """The check that an adaptation does what all frames ask for."""
-    case = _Asked(tuple(frames), trajectory, scene)
+    case = Asked(tuple(frames), trajectory, scene)
     checks = [check for frame in frames for check in (_CHECKS[type(frame)](case, frame),) if check is not None]
     return P.all_of(*checks) if checks else P.all_of(P.not_(P.same_path(tolerance=-1.0)))
-
-
-@dataclass(frozen=True)
-class _Asked:
-    frames: tuple[F.SemanticFrame, ...]
-    trajectory: Trajectory
-    scene: Scene
-
-    def alone(self, frame: F.SemanticFrame) -> bool:
-        """Whether no other frame moves the path."""
-        return not any(other != frame and not isinstance(other, PATHLESS) for other in self.frames)
-
-    def calm(self, frame: F.SemanticFrame) -> PathPart | None:
-        """The part that a frame is about, without what ends that move take along."""
-        ends = {f.end for f in self.frames if isinstance(f, F.MoveEnd)}
-        if frame.part or not ends:
-            return self.where(frame)
-        return PathPart("last" if ends == {"start"} else "first", amount=0.4, unit="share")
-
-    def beside(self, frame: F.SemanticFrame, *kinds: type[F.SemanticFrame]) -> list[Any]:
-        """The other frames of some kinds."""
-        return [f for f in self.frames if f is not frame and isinstance(f, kinds)]
-
-    def has(self, *kinds: type[F.SemanticFrame]) -> bool:
-        """Whether there are frames of some kinds."""
-        return any(isinstance(frame, kinds) for frame in self.frames)
-
-    def where(self, frame: F.SemanticFrame) -> PathPart | None:
-        """The part that a frame is about, without what is to stay as it is."""
-        kept = [f.part for f in self.frames if isinstance(f, F.Keep) and f.what == "part" and f is not frame]
-        stops = [f for f in self.frames if isinstance(f, F.StopAt) and f.place]
-        if isinstance(frame, F.Pace) and frame.part.kind == "last" and stops:
-            end = _stops_at(self, stops[0]) / (len(self.trajectory) - 1)
-            return PathPart("range", amount=0.75 * end, until=end, unit="share")
-        return self.part(_shared(frame.part, *(outside(part) for part in kept if part != frame.part)))
-
-    def part(self, part: PathPart | None) -> PathPart | None:
-        """A part with what it leaves open filled in; None for the whole path."""
-        return self._filled(part) if part else None
-
-    def _filled(self, part: PathPart) -> PathPart:
-        if part.parts:
-            return replace(part, parts=tuple(map(self._filled, part.parts)))
-        place = part.places[0] if part.places else ""
-        kind, share = _SPOTS.get(place, ("", 0.0)) if isinstance(place, str) else ("", 0.0)
-        if part.kind == "near" and kind:
-            unit: Any = "share" if part.amount is None else "m"
-            return self._filled(PathPart(kind, amount=part.amount, unit=unit))
-        if part.kind in ("after", "before") and kind:
-            begin, until = (share, None) if part.kind == "after" else (0.0, share)
-            return PathPart("range", amount=begin, until=until, unit="share")
-        if part.kind in SHARES and part.amount is None:
-            return replace(part, amount=SHARES[part.kind], unit="share")
-        if part.kind == "near" and part.amount is not None:
-            return replace(part, of=part.of or "surface")
-        return replace(part, direction=self.word(part.direction)) if part.direction else part
-
-    def word(self, direction: str) -> str:
-        return direction_word(self.scene.frame, direction)
-
-    def metres(self, q: F.Quantity | None, whole: float | None = None) -> float | None:
-        """A quantity in metres, a share being one of the path's extent or of another whole; None stays None."""
-        if q is None:
-            return None
-        return q.value * (self.extent if whole is None else whole) if q.unit in SHARE_UNITS else q.value
-
-    def offset(self, offset: F.Offset) -> dict[str, float | None]:
-        found: dict[str, float | None] = {}
-        for said, q in offset:
-            word, value = self.word(said), self.metres(q)
-            found[OPPOSITE[word] if value is not None and value < 0 else word] = None if value is None else abs(value)
-        return found
-
-    @property
-    def extent(self) -> float:
-        return extent(self.trajectory.positions)
-
-    def distance(self, place: str) -> float:
-        fine = self.trajectory.resample(1000).positions
-        return float(self.scene[place].distance(fine).min())
-
-    def gap(self, name: str) -> float:
-        """How near the path comes to an object's surface [m]; to its centre if its size is not known."""
-        item = self.scene[name]
-        if item.dimensions is None:
-            return self.distance(name)
-        return float(item.cuboid.closest(self.trajectory.positions)[0])
-
-    def shift(self) -> dict[str, float]:
-        """How far other frames shift the whole path, where they say it."""
-        total: dict[str, float] = {}
-        for frame in self.frames:
-            if isinstance(frame, F.Shift) and not frame.part:
-                for word, value in self.offset(frame.offset).items():
-                    total[word] = total.get(word, 0.0) + (value or 0.0)
-        return total
-
-
-_SPOTS = {"start": ("first", 0.0), "goal": ("last", 1.0), "middle": ("middle", 0.5)}
-"""The part of the path that lies at a spot, and the share of it at which the spot is."""
-
-
-def _shared(*parts: PathPart | None) -> PathPart | None:
-    """What belongs to each of the parts that are named; None where there is none."""
-    named = [part for part in parts if part]
-    return both(*named) if len(named) > 1 else next(iter(named), None)
-
-
-def _place(place: F.Place, case: _Asked) -> Any:
-    q = F.Quantity(0.5, "%") if place == "middle" else place
-    if isinstance(q, F.Quantity):
-        path = case.trajectory
-        share = path.arc_length / max(path.length, 1e-9)
-        by_unit = {"%": share, "x": share, "m": path.arc_length, "s": path.times}
-        measured = by_unit.get(q.unit, np.arange(1, len(path) + 1))
-        return path.positions[int(np.argmin(np.abs(measured - q.value)))].tolist()
-    return {"between": list(q)} if isinstance(q, tuple) else q
 
 
 def _amount(frame: F.SemanticFrame) -> Any:
@@ -171,7 +41,7 @@ def _sorted(words: Mapping[str, float | None]) -> tuple[dict[str, Any], list[str
     return {w: v for w, v in words.items() if v is not None}, [w for w, v in words.items() if v is None]
 
 
-def _ends(case: _Asked, frame: F.SemanticFrame) -> list[Check]:
+def _ends(case: Asked, frame: F.SemanticFrame) -> list[Check]:
     """That both ends stay, where no other frame moves the path."""
     return [P.starts_at("start"), P.ends_at("goal")] if case.alone(frame) else []
 
@@ -180,7 +50,7 @@ def _each(names: Sequence[str], check: Callable[[str], Check]) -> Check:
     return P.all_of(*map(check, names))
 
 
-def _shift(case: _Asked, frame: F.Shift) -> Check:
+def _shift(case: Asked, frame: F.Shift) -> Check:
     if case.has(F.Rotate):
         return P.not_(P.same_path())
     words, where = case.offset(frame.offset), case.where(frame)
@@ -195,8 +65,8 @@ def _shift(case: _Asked, frame: F.Shift) -> Check:
     return P.all_of(P.moved(where=where, only=only and not open_, tolerance=0.1 if only else 0.25, **stated), *open_)
 
 
-def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
-    place, words = _place(frame.place, case), case.offset(frame.offset)
+def _one_end(case: Asked, frame: F.MoveEnd, end: Any) -> Check:
+    place, words = place_of(frame.place, case), case.offset(frame.offset)
     if frame.relation == "to":
         if end == "goal" and case.has(F.Return):
             return P.passes_through(place)
@@ -208,14 +78,14 @@ def _one_end(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
     return P.not_(P.same_path()) if case.has(F.Trim, F.StopAt) else _end_moved(case, frame, end)
 
 
-def _end_moved(case: _Asked, frame: F.MoveEnd, end: Any) -> Check:
+def _end_moved(case: Asked, frame: F.MoveEnd, end: Any) -> Check:
     moved, alone = P.start_moved if end == "start" else P.goal_moved, case.alone(frame)
     stated, free = _sorted(case.offset(frame.offset))
     open_ = [moved(word, only=alone and not stated and len(free) == 1) for word in free]
     return P.all_of(*open_, *([moved(only=alone and not open_, **stated)] if stated else []))
 
 
-def _approached(case: _Asked, frame: F.Approach, name: str) -> Check:
+def _approached(case: Asked, frame: F.Approach, name: str) -> Check:
     where, alone = case.where(frame), case.alone(frame)
     share = frame.by if frame.by and frame.by.unit in SHARE_UNITS else None
     if share and frame.sense == "farther":
@@ -241,7 +111,7 @@ def _nearer(q: F.Quantity) -> float:
     return 1 - 1 / q.value if q.value > 1 else 1 - q.value
 
 
-def _clearance(case: _Asked, frame: F.Clearance) -> Check:
+def _clearance(case: Asked, frame: F.Clearance) -> Check:
     value, where = frame.distance.value, case.where(frame)
     passes = {
         "at_most": partial(asked.passes_at, at_most=value, where=where),
@@ -250,7 +120,7 @@ def _clearance(case: _Asked, frame: F.Clearance) -> Check:
     return _each(frame.objects, passes.get(frame.distance.role, partial(P.min_distance, at_least=value, where=where)))
 
 
-def _visit(case: _Asked, frame: F.Visit) -> Check:
+def _visit(case: Asked, frame: F.Visit) -> Check:
     if frame.relation == "between":
         return P.passes_between(*frame.objects[:2], level=any(map(F.tells_height, case.frames)))
     if frame.relation == "at":
@@ -260,13 +130,13 @@ def _visit(case: _Asked, frame: F.Visit) -> Check:
     return _each(frame.objects, partial(asked.passes_beyond, direction=word, by=case.metres(q), exactly=exactly))
 
 
-def _avoid(case: _Asked, frame: F.Avoid) -> Check:
+def _avoid(case: Asked, frame: F.Avoid) -> Check:
     if frame.relation == "between":
         return asked.not_between(*frame.objects[:2])
     return _each(frame.objects, partial(asked.not_beyond, direction="up" if frame.relation == "over" else "down"))
 
 
-def _beside(case: _Asked, frame: F.Side, name: str) -> Check:
+def _beside(case: Asked, frame: F.Side, name: str) -> Check:
     """On the side that is named, or on the other one than now."""
     if frame.direction != "other":
         return asked.passes_beside(name, case.word(frame.direction))
@@ -274,48 +144,48 @@ def _beside(case: _Asked, frame: F.Side, name: str) -> Check:
     return asked.passes_beside(name, OPPOSITE.get(now, "left"))
 
 
-def _hop(case: _Asked, frame: F.Hop) -> Check:
+def _hop(case: Asked, frame: F.Hop) -> Check:
     over = partial(asked.passes_beyond, direction="up", by=case.metres(frame.by))
     return P.all_of(_each(frame.objects, over), *([] if case.has(F.StopAt) else _ends(case, frame)))
 
 
-def _hover(case: _Asked, frame: F.Hover) -> Check:
+def _hover(case: Asked, frame: F.Hover) -> Check:
     by, steps = case.metres(frame.by), _steps(case, frame.duration)
     over = [asked.passes_beyond(name, "up", by=by, exactly=by is not None) for name in frame.objects]
     return P.all_of(*over, *(P.dwells(steps, near=name) for name in frame.objects))
 
 
-def _steps(case: _Asked, q: F.Quantity | None) -> int:
+def _steps(case: Asked, q: F.Quantity | None) -> int:
     return max(1, 10 if q is None else round(q.value / (case.trajectory.timestep if q.unit in ("s", "") else 1.0)))
 
 
-def _arrive(case: _Asked, frame: F.Arrive) -> Check:
+def _arrive(case: Asked, frame: F.Arrive) -> Check:
     there = [] if case.has(F.MoveEnd, F.Shift) else [P.ends_at("goal", within=0.01 * case.extent)]
     return P.all_of(asked.arrives_from(frame.direction, frame.by.value if frame.by else None), *there)
 
 
-def _wait(case: _Asked, frame: F.Wait) -> Check:
-    place, steps = _place(frame.place or "goal", case), _steps(case, frame.duration)
+def _wait(case: Asked, frame: F.Wait) -> Check:
+    place, steps = place_of(frame.place or "goal", case), _steps(case, frame.duration)
     return asked.rests_before(place, frame.by.value, steps=steps) if frame.by else asked.rests_at(place, steps=steps)
 
 
-def _stop(case: _Asked, frame: F.StopAt) -> Check:
+def _stop(case: Asked, frame: F.StopAt) -> Check:
     if frame.place in ("", "goal"):
         return P.stops()
-    place = _place(frame.place, case)
+    place = place_of(frame.place, case)
     if frame.by is not None:
         return P.all_of(P.stops(), asked.passes_at(place, at_most=frame.by.value, at_least=frame.by.value))
     stopped = asked.rests_at(place, ends=True)
     return P.all_of(stopped, P.same_path(partly=True)) if case.alone(frame) else stopped
 
 
-def _pace(case: _Asked, frame: F.Pace) -> Check | None:
+def _pace(case: Asked, frame: F.Pace) -> Check | None:
     if frame.amount is not None and frame.amount.unit == "s":
         return _lasting(case, frame, frame.amount)
     return _PACES[frame.change](case, frame)
 
 
-def _lasting(case: _Asked, frame: F.Pace, q: F.Quantity) -> Check:
+def _lasting(case: Asked, frame: F.Pace, q: F.Quantity) -> Check:
     """So many seconds, at most so many, or so many more or less."""
     where = case.part(frame.part)
     if q.role == "at_most":
@@ -325,7 +195,7 @@ def _lasting(case: _Asked, frame: F.Pace, q: F.Quantity) -> Check:
     return asked.lasts(q.value, where=where)
 
 
-def _set(case: _Asked, frame: F.Pace) -> Check | None:
+def _set(case: Asked, frame: F.Pace) -> Check | None:
     """So many times as fast, so many m/s more or less, or just so many."""
     q = frame.amount
     if q is None or frame.factor is not None:
@@ -336,32 +206,32 @@ def _set(case: _Asked, frame: F.Pace) -> Check | None:
     return judged(q.value, where=case.part(frame.part))
 
 
-def _ramp(case: _Asked, frame: F.Pace, sense: Literal["rising", "falling"]) -> Check:
+def _ramp(case: Asked, frame: F.Pace, sense: Literal["rising", "falling"]) -> Check:
     to = None if frame.amount is None or case.beside(frame, *PACING) else frame.amount.value
     halts = case.has(F.Wait, F.StopAt, F.Hover) and sense == "rising"
     where = PathPart("first", amount=0.9, unit="share") if halts and not frame.part else case.where(frame)
     return P.monotone_speed(sense, where=where, to=to)
 
 
-def _bounded(case: _Asked, frame: F.Pace, bound: str) -> Check:
+def _bounded(case: Asked, frame: F.Pace, bound: str) -> Check:
     slack, otherwise = 0.1 if case.has(F.Resample) else 0.02, not case.beside(frame, *PACING, F.Reverse)
     value = {bound: frame.amount.value if frame.amount else 0.0}
     return asked.speed_within(**value, where=case.where(frame), otherwise=otherwise, slack=slack)
 
 
-def _constant(case: _Asked, frame: F.Pace) -> Check:
+def _constant(case: Asked, frame: F.Pace) -> Check:
     return P.constant_speed(frame.amount.value if frame.amount else None, where=case.part(frame.part))
 
 
-def _in_turns(case: _Asked, frame: F.Pace) -> Check:
-    return P.slower(where=_shared(PathPart("turns", amount=SHARES["turns"]), case.part(frame.part)))
+def _in_turns(case: Asked, frame: F.Pace) -> Check:
+    return P.slower(where=shared(PathPart("turns", amount=SHARES["turns"]), case.part(frame.part)))
 
 
-def _accelerated(case: _Asked, frame: F.Pace) -> Check:
+def _accelerated(case: Asked, frame: F.Pace) -> Check:
     return asked.accelerates(frame.amount.value if frame.amount else 0.0, where=case.where(frame))
 
 
-def _factor(case: _Asked, frame: F.Pace) -> Check | None:
+def _factor(case: Asked, frame: F.Pace) -> Check | None:
     """So many times as fast, where no other request says more of the speed."""
     factor, where, others = frame.factor, case.where(frame), case.beside(frame, F.Pace)
     alike = others if where is None else [f for f in others if f.part == frame.part]
@@ -377,7 +247,7 @@ def _factor(case: _Asked, frame: F.Pace) -> Check | None:
     return judged(where=where, factor=factor, amount=_amount(frame) if factor is None else None, only=only)
 
 
-_PACES: Mapping[str, Callable[[_Asked, Any], Check | None]] = {
+_PACES: Mapping[str, Callable[[Asked, Any], Check | None]] = {
     **dict.fromkeys(("faster", "slower", "set"), _set),
     "rampup": partial(_ramp, sense="rising"),
     "rampdown": partial(_ramp, sense="falling"),
@@ -389,36 +259,36 @@ _PACES: Mapping[str, Callable[[_Asked, Any], Check | None]] = {
 }
 
 
-def _keep(case: _Asked, frame: F.Keep) -> Check | None:
+def _keep(case: Asked, frame: F.Keep) -> Check | None:
     return _KEPT[frame.what](case, case.part(frame.part))
 
 
-def _path_kept(case: _Asked, where: PathPart | None) -> Check | None:
+def _path_kept(case: Asked, where: PathPart | None) -> Check | None:
     if where is not None:
         return P.kept(where)
     return P.same_path() if all(isinstance(f, PATHLESS) for f in case.frames) else None
 
 
-def _part_kept(case: _Asked, where: PathPart | None) -> Check | None:
+def _part_kept(case: Asked, where: PathPart | None) -> Check | None:
     return P.all_of(P.kept(where), P.speeds_kept(where)) if where is not None else _path_kept(case, where)
 
 
-def _ends_kept(case: _Asked, where: PathPart | None, what: str) -> Check | None:
+def _ends_kept(case: Asked, where: PathPart | None, what: str) -> Check | None:
     near = 0.01 * case.extent
     checks = [P.starts_at("start", within=near)] if what != "goal" else []
     checks += [P.ends_at("goal", within=near)] if what != "start" and not case.has(F.Extend, F.Return) else []
     return P.all_of(*checks) if checks else None
 
 
-def _rest_kept(case: _Asked, where: PathPart | None) -> Check | None:
+def _rest_kept(case: Asked, where: PathPart | None) -> Check | None:
     """Where parts are named, the path keeps its place outside of them."""
     parts = [case.part(f.part) for f in case.frames if not isinstance(f, F.Keep)]
     if not parts or not all(parts) or case.has(F.Approach, F.Clearance):
         return None
-    return P.kept(_shared(*(outside(part) for part in parts if part)))
+    return P.kept(shared(*(outside(part) for part in parts if part)))
 
 
-_KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
+_KEPT: Mapping[str, Callable[[Asked, PathPart | None], Check | None]] = {
     **{what: partial(_ends_kept, what=what) for what in ("start", "goal", "ends")},
     "speed": lambda case, where: None if case.has(*PACING, F.Reverse) else P.speeds_kept(where),
     "height": lambda case, where: None if case.has(*LIFTING) else asked.height_kept(where=where),
@@ -428,32 +298,32 @@ _KEPT: Mapping[str, Callable[[_Asked, PathPart | None], Check | None]] = {
 }
 
 
-def _extend(case: _Asked, frame: F.Extend) -> Check:
+def _extend(case: Asked, frame: F.Extend) -> Check:
     if frame.place:
         there = P.passes_through if case.has(F.Return) else P.ends_at
-        return P.all_of(there(_place(frame.place, case)), P.extended())
+        return P.all_of(there(place_of(frame.place, case)), P.extended())
     words, _ = _sorted(case.offset(frame.offset))
     by = case.metres(frame.by, case.trajectory.length)
     return P.extended(by=by if by is None else abs(by), **words) if case.alone(frame) else P.extended()
 
 
-def _return(case: _Asked, frame: F.Return) -> Check:
+def _return(case: Asked, frame: F.Return) -> Check:
     return P.all_of(P.ends_at("start"), P.extended()) if case.alone(frame) else P.ends_at("start", within=case.extent)
 
 
-def _smooth(case: _Asked, frame: F.Smooth) -> Check:
+def _smooth(case: Asked, frame: F.Smooth) -> Check:
     where = case.where(frame)
     if where is None and case.alone(frame):
         return P.smoother()
     return asked.bends("less", where=where, straight=True)
 
 
-def _curve(case: _Asked, frame: F.Curve) -> Check:
+def _curve(case: Asked, frame: F.Curve) -> Check:
     where = case.where(frame)
     return P.all_of(asked.bends(frame.change, where=where), *_ends(case, frame))
 
 
-def _resample(case: _Asked, frame: F.Resample) -> Check:
+def _resample(case: Asked, frame: F.Resample) -> Check:
     n, q = len(case.trajectory), frame.amount
     if frame.change == "merge":
         return P.group_averages(round(q.value if q else 3))
@@ -467,9 +337,9 @@ def _resample(case: _Asked, frame: F.Resample) -> Check:
     return P.all_of(asked.counted(round(count)), *same)
 
 
-def _figure(case: _Asked, frame: F.Figure) -> Check:
+def _figure(case: Asked, frame: F.Figure) -> Check:
     where, size = case.where(frame) if frame.part else None, case.metres(frame.size or frame.radius)
-    place = _place(frame.place or "goal", case)
+    place = place_of(frame.place or "goal", case)
     if frame.shape == "spiral" and where and not frame.place:
         return asked.corkscrews(frame.turns.value if frame.turns else None, where=where)
     if frame.shape in ("circle", "spiral"):
@@ -486,7 +356,7 @@ def _figure(case: _Asked, frame: F.Figure) -> Check:
     return asked.swings(least, amplitude=size, where=where)
 
 
-def _wound(case: _Asked, frame: F.Figure, place: Any) -> Check:
+def _wound(case: Asked, frame: F.Figure, place: Any) -> Check:
     """So many turns: once on a circle, three times on a spiral where they are not counted."""
     turns, radius = frame.turns.value if frame.turns else 0.0, case.metres(frame.radius)
     if frame.shape == "circle":
@@ -505,7 +375,7 @@ def _around(place: F.Place) -> PathPart:
     return PathPart("near", (place if isinstance(place, str) else "middle",))
 
 
-def _mirror(case: _Asked, frame: F.Mirror) -> Check:
+def _mirror(case: Asked, frame: F.Mirror) -> Check:
     flipped = {"x": "y", "y": "x", "z": "z"}.get(frame.axis, "")
     if case.has(F.Reverse, F.Resize, F.Curve, F.Return):
         return P.not_(P.same_path())
@@ -516,7 +386,7 @@ def _mirror(case: _Asked, frame: F.Mirror) -> Check:
 _ENDS = ("start", "goal", "ends")
 
 
-def _rotate(case: _Asked, frame: F.Rotate) -> Check:
+def _rotate(case: Asked, frame: F.Rotate) -> Check:
     if case.has(F.Resize, F.Curve, F.Trim) or any(f.what in _ENDS for f in case.beside(frame, F.Keep)):
         return P.not_(P.same_path())
     angle = 45.0 if frame.angle is None else frame.angle.value * {"turns": 360.0}.get(frame.angle.unit, 1.0)
@@ -528,7 +398,7 @@ def _rotate(case: _Asked, frame: F.Rotate) -> Check:
     return P.all_of(P.any_of(*(P.rotated(way, where=where) for way in ways)), *fixed)
 
 
-def _tilt(case: _Asked, frame: F.Tilt) -> Check:
+def _tilt(case: Asked, frame: F.Tilt) -> Check:
     side = case.word(frame.direction)
     axis = {"left": "front", "right": "back", "front": "right", "back": "left"}[side]
     angle = 45.0 if frame.angle is None else frame.angle.value
@@ -536,35 +406,35 @@ def _tilt(case: _Asked, frame: F.Tilt) -> Check:
     return P.all_of(asked.lifted(side, angle), *turned)
 
 
-def _resize(case: _Asked, frame: F.Resize) -> Check:
+def _resize(case: Asked, frame: F.Resize) -> Check:
     plain = canonical(frame)
     assert isinstance(plain, F.Resize)
     if any(f.what in _ENDS for f in case.beside(frame, F.Keep)):
         return P.not_(P.same_path())
     usual = {"slight": 1.2, "large": 2.0}.get(frame.degree or "", 1.5)
     factor = plain.by.value if plain.by else 1 / usual if frame.change == "smaller" else usual
-    about = _place(frame.about, case) if frame.about and case.alone(frame) else None
+    about = place_of(frame.about, case) if frame.about and case.alone(frame) else None
     return asked.scaled(factor, where=case.calm(frame), about=about)
 
 
-def _height(case: _Asked, frame: F.Height) -> Check:
+def _height(case: Asked, frame: F.Height) -> Check:
     level, where, alone = frame.level.value, case.where(frame), case.alone(frame)
-    of = _place(frame.of, case) if frame.of else None
+    of = place_of(frame.of, case) if frame.of else None
     if frame.level.role == "at_least":
         return asked.within_bound("down", -level, of=of, where=where, otherwise=alone)
     exactly = frame.level.role != "at_most"
     return asked.within_bound("up", level, of=of, where=where, exactly=exactly, otherwise=alone)
 
 
-def _bound(case: _Asked, frame: F.Bound) -> Check:
-    of, where = _place(frame.of, case) if frame.of else None, case.where(frame)
+def _bound(case: Asked, frame: F.Bound) -> Check:
+    of, where = place_of(frame.of, case) if frame.of else None, case.where(frame)
     limits = [(case.word(said), case.metres(q) or 0.0) for said, q in frame.offset]
     otherwise = case.alone(frame) and len(limits) == 1
     return P.all_of(*(asked.within_bound(word, limit, of=of, where=where, otherwise=otherwise)
                       for word, limit in limits))  # fmt: skip
 
 
-def _trim(case: _Asked, frame: F.Trim) -> Check | None:
+def _trim(case: Asked, frame: F.Trim) -> Check | None:
     if case.has(F.Extend, F.Return):
         return None
     n, q = len(case.trajectory), frame.amount
@@ -575,31 +445,11 @@ def _trim(case: _Asked, frame: F.Trim) -> Check | None:
         return P.not_(P.extended()) if recounted else asked.counted(n - count)
     if q is not None:
         return asked.trimmed(count if frame.cut == "first" else 0, count if frame.cut == "last" else 0)
-    nearest = _nearest(case, frame.place)
+    nearest = nearest_to(case, frame.place)
     return asked.trimmed(nearest, 0) if frame.cut == "before" else asked.trimmed(0, n - 1 - nearest)
 
 
-def _nearest(case: _Asked, place: F.Place) -> int:
-    """The waypoint nearest to a place."""
-    path, centre = case.trajectory.positions, _place(place, case)
-    if isinstance(centre, dict):
-        centre = sum(case.scene[name].position for name in centre["between"]) / 2
-    elif isinstance(centre, str) and centre in case.scene:
-        centre = case.scene[centre].position
-    elif isinstance(centre, str):
-        centre = {"start": path[0], "goal": path[-1]}[centre]
-    return int(np.argmin(np.linalg.norm(path - np.asarray(centre), axis=1)))
-
-
-def _stops_at(case: _Asked, frame: F.StopAt) -> int:
-    """The waypoint at which a path ends that stops at a place, or so far before an object."""
-    if frame.by is None or not isinstance(frame.place, str) or frame.place not in case.scene:
-        return _nearest(case, frame.place)
-    near = case.scene[frame.place].distance(case.trajectory.positions) <= frame.by.value
-    return int(np.argmax(near)) if near.any() else _nearest(case, frame.place)
-
-
-def _quadrant(case: _Asked, frame: F.Quadrant) -> Check:
+def _quadrant(case: Asked, frame: F.Quadrant) -> Check:
     sides = (("left", "back"), ("right", "back"), ("right", "front"), ("left", "front"))[frame.number - 1]
     bounds: Any = dict.fromkeys(sides, 0.0)
     return P.all_of(P.never_beyond(**bounds), *([P.shape_kept()] if case.alone(frame) else []))
