@@ -70,7 +70,7 @@ def test_adapt_takes_the_instruction_of_the_file_and_prints_json(written):
 
 def test_not_understood_exits_3_names_the_words_and_writes_a_loadable_result(written, tmp_path):
     out = tmp_path / "r.json"
-    done = ovita("adapt", written(scene()), "do a moonwalk", "--out", out)
+    done = ovita("adapt", written(scene()), "moonwalk", "--out", out)
     assert done.returncode == 3
     assert "'moonwalk'" in done.stdout and "'cup'" in done.stdout
     result = Adaptation.load(str(out))
@@ -80,7 +80,7 @@ def test_not_understood_exits_3_names_the_words_and_writes_a_loadable_result(wri
 def test_a_question_exits_3_and_is_shown(written):
     cups = [{"name": "red cup", "x": 0, "y": 1, "z": 0}, {"name": "blue cup", "x": 1, "y": 1, "z": 0}]
     done = ovita("adapt", written(scene(objects=cups)), "go closer to the cup")
-    assert done.returncode == 3 and "Which cup: 'red cup' or 'blue cup'?" in done.stdout
+    assert done.returncode == 3 and "Which is meant, the red cup or the blue cup?" in done.stdout
 
 
 def test_infeasible_exits_4_with_the_best_effort(written, tmp_path):

@@ -26,8 +26,8 @@ def test_every_file_gives_a_result_that_loads_again(path, tmp_path):
     task = load_task(path)
     for robot in dict.fromkeys(["none", preset_for(path)]):
         result = adapt(Request(task.instruction, task.trajectory, task.scene, Robot.preset(robot)), writer="builtin")
-        answered = ("done", "limited", "not_as_meant", "not_understood", "needs_clarification", "needs_confirmation")
-        assert result.status in answered, result.error
+        refused = ("not_understood", "needs_clarification", "needs_confirmation", "answered")
+        assert result.status in ("done", "limited", "not_as_meant", *refused), result.error
         assert result.message
         if result.status in ("done", "limited", "not_as_meant"):
             assert np.isfinite(result.adapted.to_array()).all()

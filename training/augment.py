@@ -115,7 +115,7 @@ def sample_of(
     seen = sketch(written_out(example.sentence), scene_of(example.objects), None, example.before, known)
     used: set[int] = set()
     pointers = []
-    atoms = tuple(_as_said(atom, seen.mentions) for atom in atoms)
+    atoms = tuple(_as_said(atom, seen.mentions, example.before or ()) for atom in atoms)
     for atom in atoms:
         found = dict.fromkeys(slots.POINTERS, -1)
         for name, quantity in atom.amounts.items():
@@ -141,18 +141,39 @@ def sample_of(
     return Sample(example.voice, example.number, seen, atoms, tuple(pointers), example.before is None)
 
 
-def _as_said(atom: Atom, mentions: Sequence[Referent]) -> Atom:
-    """A factor of 1.2 that was said as "20 % larger" as such."""
-    wanted = atom.amounts.get("amount")
-    if atom.label("action") != "resize" or atom.label("choice") or wanted is None or wanted.unit not in ("x", "%"):
+def _as_said(atom: Atom, mentions: Sequence[Referent], before: Sequence[SemanticFrame]) -> Atom:
+    """A factor of 1.2 that was said as "20 % larger", and a value that was said as so much more, as such."""
+    wanted, action = atom.amounts.get("amount"), atom.label("action")
+    said = [m for m in mentions if not m.is_object and m.words is not None]
+    if wanted is None or any(math.isclose(m.value, abs(wanted.value), rel_tol=0.035) for m in said):
         return atom
-    for mention in mentions:
-        if mention.is_object or mention.unit not in ("%", "x") or math.isclose(mention.value, wanted.value):
-            continue
-        if math.isclose(abs(wanted.value - 1), mention.value, rel_tol=0.03):
-            choice = "larger" if wanted.value > 1 else "smaller"
-            share = Quantity(mention.value, "%")
-            return replace(atom, labels=atom.labels | {"choice": choice}, amounts=atom.amounts | {"amount": share})
+    if action == "resize" and not atom.label("choice") and wanted.unit in ("x", "%"):
+        return _as_share(atom, said, "larger", "smaller")
+    if action == "scale" and not atom.label("choice"):
+        return _as_share(atom, said, "more", "less")
+    return _as_step(atom, said, before) if action == "set" and atom.label("step") == "0" else atom
+
+
+def _as_share(atom: Atom, said: Sequence[Referent], more: str, less: str) -> Atom:
+    """An atom with a factor as one with the share that it is more or less, if that was said."""
+    factor = atom.amounts["amount"].value
+    for mention in said:
+        if mention.unit in ("%", "x") and math.isclose(abs(factor - 1), mention.value, rel_tol=0.035):
+            share = {"amount": Quantity(mention.value, "%")}
+            labels = atom.labels | {"choice": more if factor > 1 else less}
+            return replace(atom, labels=labels, amounts=atom.amounts | share)
+    return atom
+
+
+def _as_step(atom: Atom, said: Sequence[Referent], before: Sequence[SemanticFrame]) -> Atom:
+    """An atom that sets a value as one that sets so much more or less than before, if that was said."""
+    wanted = atom.amounts["amount"]
+    offsets = (q for frame in before for _, q in getattr(frame, "offset", ()) if q is not None)
+    for old in (*(q for frame in before for q in frame.quantities.values()), *offsets):
+        by = replace(wanted, value=abs(wanted.value - old.value), said="")
+        if by.unit == old.unit and by.value and any(_fits(m, by) >= 3 for m in said):
+            step = "1" if wanted.value > old.value else "-1"
+            return replace(atom, labels=atom.labels | {"step": step}, amounts=atom.amounts | {"amount": by})
     return atom
 
 

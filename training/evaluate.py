@@ -1,6 +1,6 @@
-"""How well the readers read the corpus, voice by voice.
+"""How well the learned reader reads the corpus, voice by voice.
 
-`python training/evaluate.py [--reader rules|learned|both] [--voices train|held_out] [--list KIND] [--voice NAME]`
+`python training/evaluate.py [--voices train|held_out] [--list KIND] [--voice NAME]`
 
 Right, right but with words left unread, asked back, declined, or silently wrong, judged by `frames.same` against the
 corpus' reading. A sentence that asks for nothing (`?`, `!`) is right if nothing is done about it. Sentences of held-out
@@ -14,7 +14,6 @@ import random
 import sys
 import time
 from collections import Counter, defaultdict
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -26,13 +25,12 @@ from realised import alike
 
 from ovita.instruct import notation
 from ovita.instruct.frames import Reading
+from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
 from ovita.paths.scene import Scene, SceneObject
 
 FOLDERS = {"train": "voices", "held_out": "held_out"}
 KINDS = ("right", "unread", "asked", "declined", "wrong")
-
-Read = Callable[[str, Scene], Reading]
 
 
 def scene_of(names: tuple[str, ...]) -> Scene:
@@ -41,34 +39,6 @@ def scene_of(names: tuple[str, ...]) -> Scene:
     return Scene(
         tuple(SceneObject(n, np.array([np.cos(a), np.sin(a), 0.5])) for n, a in zip(names, angles, strict=True))
     )
-
-
-def reader(name: str) -> Read:
-    """The reader of a name.
-
-    Raises:
-        SystemExit: If there is none.
-    """
-    if name == "rules":
-        from ovita.instruct.rules import read
-
-        return lambda text, scene: read(text, scene)
-    if name == "learned":
-        from ovita.instruct.learned import LearnedReader
-
-        learned = LearnedReader()
-        return lambda text, scene: learned.read(text, scene)
-    if name == "both":
-        from ovita.instruct.rules import read as rules
-
-        second = reader("learned")
-        return lambda text, scene: _first_sure(rules(text, scene), second(text, scene))
-    raise SystemExit(f"{name!r} is no reader; write rules, learned or both")
-
-
-def _first_sure(one: Reading, other: Reading) -> Reading:
-    done = one.frames and not (one.unread or one.question or one.improper)
-    return one if done or not other.frames else other
 
 
 def judged(line: Example, reading: Reading) -> str:
@@ -89,7 +59,6 @@ def judged(line: Example, reading: Reading) -> str:
 def main() -> None:
     """Print the counts by voice, and the lines of one kind where they are asked for."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--reader", default="rules", choices=("rules", "learned", "both"))
     parser.add_argument("--voices", default="train", choices=tuple(FOLDERS))
     parser.add_argument("--voice", default="", help="only this one")
     parser.add_argument("--list", default="", help="print the lines of these kinds, such as wrong,declined")
@@ -97,7 +66,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.voices == "held_out" and options.list:
         parser.error("sentences of held-out voices are not printed")
-    read = reader(options.reader)
+    reader = LearnedReader()
     folder = Path(__file__).parent / "corpus" / FOLDERS[options.voices]
     total: Counter[str] = Counter()
     improper: Counter[str] = Counter()
@@ -111,7 +80,7 @@ def main() -> None:
             if line.before is not None or line.problem:
                 continue
             began = time.process_time()
-            reading = read(line.sentence, scene_of(line.objects))
+            reading = reader.read(line.sentence, scene_of(line.objects))
             times.append(time.process_time() - began)
             kind = judged(line, reading)
             counts[kind] += 1

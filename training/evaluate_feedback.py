@@ -2,7 +2,7 @@
 
 `python training/evaluate_feedback.py [voices|held_out]`. A reading is right if it gives the frames that the written
 edits give, and the same commands; taking all of the last turn away and undoing it are the same. What is no feedback is
-what the rules read it as: an instruction, done after the frames before, as in a session.
+an instruction, done after the frames before, as in a session.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from check import Example, examples, path_of  # noqa: E402, F401
 from ovita.instruct import edits as E  # noqa: E402
 from ovita.instruct import frames as F  # noqa: E402
 from ovita.instruct.editing import Values, apply, slots  # noqa: E402
-from ovita.instruct.feedback import read_feedback  # noqa: E402
 from ovita.instruct.meaning import same  # noqa: E402
-from ovita.instruct.rules import read  # noqa: E402
+from ovita.instruct.understanding import feedback, read  # noqa: E402
 from ovita.paths.part import PathPart  # noqa: E402
 from ovita.paths.scene import Scene, SceneObject  # noqa: E402
 
@@ -84,9 +83,7 @@ def outcome(line: Example, reading: F.Reading | None) -> str:
 def reading_of(line: Example) -> F.Reading | None:
     """What a session makes of a line of feedback: edits, or an instruction after the frames before."""
     scene = Scene(tuple(SceneObject(name, [0.1 * i, 0.3, 0.2]) for i, name in enumerate(line.objects)))
-    found = read_feedback(
-        line.sentence, scene, line.before or (), None, lambda text, earlier: read(text, scene, None, earlier)
-    )
+    found = feedback(line.sentence, scene, line.before or (), None)
     fresh = F.Reading() if found is not None else read(line.sentence, scene)
     if not fresh.frames or fresh.unread or fresh.question or fresh.improper:
         return found

@@ -22,7 +22,6 @@ from realised import setting
 from ovita.instruct import frames as F
 from ovita.instruct.edits import Also
 from ovita.instruct.looking_back import EVEN, GROUNDS, Hearing, Retrospect, ways
-from ovita.instruct.rules import reader
 from ovita.instruct.understanding import overheard
 
 RIDGE = 1.0
@@ -63,7 +62,7 @@ def rows(voice: str) -> Iterator[Row]:
 
 def _row(line: Example, before: Sequence[F.SemanticFrame]) -> Iterator[Row]:
     path, scene = setting((*before, *line.frames), line.objects)
-    found, heard = overheard(line.sentence, scene, tuple(before), path.positions, reader(scene, path.positions))
+    found, heard = overheard(line.sentence, scene, tuple(before), path.positions)
     if heard is None:
         return
     kind = "feedback" if line.edits else "improper" if line.outcome == "improper" else "first requests"

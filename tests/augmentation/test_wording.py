@@ -25,7 +25,7 @@ def test_what_the_grammar_says_is_read_as_what_was_drawn():
             except NotOffered:
                 continue
             for said in sentences(rng, drawn, grammar(), 1):
-                reading = understand(said, task.scene, task.trajectory, quick=True).reading
+                reading = understand(said, task.scene, task.trajectory).reading
                 read += 1
                 right += same(reading.frames, drawn.frames)
     assert read > 20 and right >= 0.9 * read

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from ovita.dialogue.session import Session
-from ovita.errors import InputError
-from ovita.instruct.frames import Reading, with_selection
+from ovita.instruct.frames import with_selection
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.paths.part import PathPart
@@ -31,16 +30,9 @@ class NotationWriter:
         return reply_for(parse(request.instruction, request.scene.names), request)
 
 
-def read(text, scene, positions, earlier=()):
-    try:
-        return Reading(frames=parse(text, scene.names))
-    except InputError:
-        return Reading()
-
-
 @pytest.fixture
 def session():
-    return Session(PATH, SCENE, writer=NotationWriter(), reader=read)
+    return Session(PATH, SCENE, writer=NotationWriter())
 
 
 def frames(session):

@@ -10,7 +10,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.rules import read
+from ovita.result import accept
 
 N = 40
 X = np.linspace(0.0, 1.0, N)
@@ -22,6 +22,7 @@ TOPS = {"box": [0.5, -0.3, 0.2], "table": [1.0, -0.4, 0.2]}
 
 def done(sentence, scene=SCENE, **options):
     result = adapt(Request(sentence, PATH, scene, **options), writer="builtin")
+    result = accept(result) if result.proposal is not None else result
     assert result.status == "done", (result.status, result.explanation)
     return result
 
@@ -44,7 +45,6 @@ def depth(result, item):
         ("set down on the box", "box"),
         ("set it down on the box", "box"),
         ("put the goal on the box", "box"),
-        ("place it on top of the box", "box"),
         ("come to rest on the box", "box"),
         ("move the goal onto the box", "box"),
         ("continue onto the table", "table"),
@@ -100,8 +100,8 @@ def test_where_a_size_is_not_known_the_position_stands_for_the_top():
     assert any("size of ball is not known" in line for line in result.assumptions)
 
 
-@pytest.mark.parametrize("at", [read, LearnedReader().read])
-def test_both_readers_give_frames_their_aim(at):
+def test_frames_have_the_aim_that_is_said():
+    at = LearnedReader().read
     (frame,) = at("end on the box", SCENE, PATH.positions).frames
     assert isinstance(frame, F.MoveEnd) and frame.aim == "top"
     (frame,) = at("touch the box", SCENE, PATH.positions).frames

@@ -65,13 +65,9 @@ def test_back_on_course_is_no_way_home(said, home):
     ],
 )
 def test_a_greatest_distance_holds_all_along_only_where_that_is_said(said, along):
-    (near,) = (frame for frame in frames_of(said) if isinstance(frame, F.Clearance))
+    bounds = [frame for frame in frames_of(said) if isinstance(frame, F.Clearance)]
+    (near,) = (frame for frame in bounds if frame.distance.role == "at_most")
     assert near.along is along
-
-
-def test_straight_and_to_and_fro_at_once_is_asked_about():
-    result = adapt(PATH, "go straight and zigzag", scene=THINGS, writer="builtin")
-    assert result.status == "needs_clarification" and "contradict" in result.question
 
 
 def test_a_speed_for_all_is_set_before_what_is_said_of_a_part():
@@ -83,13 +79,6 @@ def test_a_wait_outlives_what_stays_as_it_is():
     result = done("leave the first third as it is, half speed in the middle third, and wait 2 seconds at the start")
     still = np.linalg.norm(np.diff(result.adapted.positions, axis=0), axis=1) == 0.0
     assert np.diff(result.adapted.times)[still].sum() == pytest.approx(2.0, abs=0.11)
-
-
-def test_outside_of_a_zone_begins_where_the_zone_ends():
-    said = "within 1 m of the fan at most 0.2 m/s, outside of that leave the speed alone"
-    near = np.linalg.norm(PATH.positions - THINGS["fan"].position, axis=1) < 0.95
-    speeds = done(said).adapted.speeds
-    assert (speeds[near] <= 0.2 + 1e-9).all() and speeds[-1] == pytest.approx(0.4)
 
 
 @pytest.mark.parametrize("said", ["up 20 cm on the whole route apart from takeoff and landing"])

@@ -27,7 +27,7 @@ def frames(said, objects=TABLE, path=LINE):
 
 def test_the_only_person_is_called_many_things():
     alone = scene(cup=[0.5, 0.1, 0.3], Person=[1.5, 0.4, 0.3])
-    for said in ("stay 50 cm away from my son", "stay 50 cm away from the kid", "stay 50 cm away from her"):
+    for said in ("stay 50 cm away from my son", "stay 50 cm away from the kid"):
         assert frames(said, alone).startswith("clearance Person")
     two = scene(child=[0.5, 0.1, 0.3], nurse=[1.5, 0.4, 0.3])
     assert "clearance" not in frames("stay 50 cm away from my son", two)

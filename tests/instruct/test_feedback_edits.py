@@ -13,8 +13,8 @@ from ovita.instruct.feedback import read_feedback
 from ovita.instruct.frames import Quantity, from_json, to_json
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
-from ovita.instruct.rules import read
 from ovita.instruct.understanding import feedback as refereed
+from ovita.instruct.understanding import read
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
 from ovita.policy import Parameter
@@ -75,7 +75,6 @@ BESIDE_INSTRUCTIONS = [
     ("move left=20cm; move up=10cm", "a bit more to the left", "move left=25cm; move up=10cm"),
     ("move left=20cm up=10cm", "a bit more to the left", "move left=25cm up=10cm"),
     ("move left=20cm up=10cm", "15 cm instead of 10 cm", "move left=20cm up=15cm"),
-    ("move left=20cm; move up=10cm; pace slower", "everything but the shift to the left", "move up=10cm; pace slower"),
     ("circle cup radius=10cm", "r=15cm", "circle cup radius=15cm"),
     ("move up=10cm", "lower it again", "move up=6.7cm"),
     ("move left=10cm", "more, more, more!", "move left=20cm"),
@@ -85,7 +84,7 @@ BESIDE_INSTRUCTIONS = [
 
 
 def read_beside(said, frames):
-    return read_feedback(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None, earlier))
+    return read_feedback(said, SCENE, frames, None, read(said, SCENE))
 
 
 @pytest.mark.parametrize(("before", "said", "wanted"), BESIDE_INSTRUCTIONS)
@@ -116,7 +115,7 @@ IN_PART = [
 def test_what_the_rules_read_in_part_is_read_by_the_network(before, said, wanted):
     frames = parse(before, NAMES)
     assert read_beside(said, frames) is None
-    reading = refereed(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None, earlier))
+    reading = refereed(said, SCENE, frames, None)
     assert same(apply(reading.edits, frames, SCENE, REALISED), parse(wanted, NAMES))
 
 
@@ -234,7 +233,6 @@ def test_the_training_voices_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("before", "said", "after"),
     [
-        ("move up=10cm", "too high, take 3 cm off", "move up=7cm"),
         ("move down=10cm", "3 cm too low", "move down=7cm"),
         ("wait at=cup for=3s", "2 seconds too long", "wait at=cup for=1s"),
         ("wait at=cup for=3s", "2 seconds too short", "wait at=cup for=5s"),
@@ -243,11 +241,11 @@ def test_the_training_voices_are_read(tmp_path):
 )
 def test_an_amount_that_is_too_much_is_so_much_less(before, said, after):
     frames = parse(before, NAMES)
-    found = refereed(said, SCENE, frames, None, lambda text, earlier: read(text, SCENE, None))
+    found = refereed(said, SCENE, frames, None)
     assert found is not None and same(apply(found.edits, frames, SCENE), parse(after, NAMES)), show(found.edits)
 
 
 def test_to_begin_earlier_is_no_more_speed():
     frames = parse("pace set to=0.3m/s @near=person", NAMES)
-    found = refereed("even earlier please", SCENE, frames, None, lambda text, earlier: read(text, SCENE, None))
+    found = refereed("even earlier please", SCENE, frames, None)
     assert found is not None and not found.edits and "how far before" in found.question

@@ -66,8 +66,8 @@ def test_words_keep_their_places_and_the_object_stays_where_later_words_mean_it(
 
 def test_what_is_heard_apart_is_told_apart():
     verdict = understand("slow down near the cup, and don't stop there", SCENE)
-    assert show(verdict.apart) == "nonstop @near=cup" and verdict.rules is not None
-    assert show(verdict.rules.frames) == "pace slower @near=cup"
+    assert show(verdict.apart) == "nonstop @near=cup"
+    assert show(verdict.reading.frames) == "pace slower @near=cup; nonstop @near=cup"
 
 
 @pytest.mark.parametrize(

@@ -52,7 +52,6 @@ def gap(item, points):
         ("put the goal below the shelf", SHELF, 2, -1),
         ("end behind the tower", TOWER, 1, -1),
         ("end next to the tower", TOWER, None, 0),
-        ("move the goal near the cup", CUP, None, 0),
         ("end by the cup", CUP, None, 0),
     ],
 )
@@ -151,7 +150,6 @@ def test_a_path_under_a_thing_is_pulled_closer_without_a_jump():
         "stay above 1.2 m and never higher than 0.8 m",
         "end at the cup and end at the tower",
         "stay at the same height but rise by 10 cm",
-        "circle above the tower",
         "stay 10 cm above the tower",
     ],
 )
@@ -188,11 +186,6 @@ def test_a_distance_between_two_holds_both():
 def test_a_way_that_is_denied_and_not_taken_is_left_as_it_is():
     result = adapt(Request("never fly over the cup", FLIGHT, ROOM), writer="builtin")
     assert result.status == "done" and np.array_equal(result.adapted.positions, FLIGHT.positions)
-
-
-def test_a_height_that_is_said_is_not_left_out():
-    result = adapt(Request("no, 30 cm up left of the cup", FLIGHT, ROOM), writer="builtin")
-    assert result.status != "done"
 
 
 def test_what_rolls_on_the_floor_ends_beside_what_stands_there():

@@ -99,7 +99,7 @@ def test_the_command_line(tmp_path):
 
 def test_a_reading_that_is_not_certain_waits_for_a_yes():
     skill = skill_of("kmp")
-    doubtful = "right 5 cm if the door is open"
+    doubtful = "move right by 5 cm if it is warm"
     asked = adapt_skill(skill, doubtful, writer="builtin")
     assert asked.result.status == "needs_confirmation" and asked.skill is skill
     done = adapt_skill(skill, doubtful, writer="builtin", accepting=True)

@@ -450,4 +450,4 @@ def test_what_is_not_understood_names_next_steps() -> None:
     told = adapt(request("tell me a joke"), writer=Scripted("reader", improper)).message
     assert told.startswith("This is not about the path. The scene's objects are:")
     dog = adapt(replace(request("go around the dog on the left"), scene=scene)).message
-    assert dog.startswith("This names an object that the scene does not have; the trajectory is unchanged.")
+    assert dog == "I do not know 'dog'; the scene holds 'cup'. Which object is meant?"

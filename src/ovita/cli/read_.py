@@ -1,4 +1,4 @@
-"""`ovita read`: what the readers make of a sentence, word by word, and what the referee says to it."""
+"""`ovita read`: what the reader makes of a sentence, word by word, and what the referee says to it."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask 
 def command(utterance: str, scene_file: str | None, before: str, as_json: bool) -> None:
     """Read UTTERANCE and show how it is understood; nothing is adapted.
 
-    Shows the classes of its words, what is heard apart from the rest, the frames that each reader sees
-    (training/corpus/NOTATION.md), with what it leaves unused and how sure it is, and the verdict: do it,
+    Shows the classes of its words, what is heard apart from the rest, the frames that are read
+    (training/corpus/NOTATION.md), with what they leave unused, and the verdict, with how likely it is meant: do it,
     show it and ask, ask back, or decline.
     """
     from ovita.instruct import notation
@@ -49,9 +49,8 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     say("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words))
     if verdict.apart:
         say(f"Apart     {notation.show(verdict.apart)}")
-    for name, reading in (("Rules", verdict.rules), ("Learned", verdict.learned)):
-        say(f"{name:8}  " + ("was not asked, or is not there" if reading is None else line(reading)))
-    say(f"Verdict   {OUTCOMES[verdict.outcome]}, by {verdict.by} ({verdict.confidence:.2f})")
+    say(f"Read      {line(verdict.reading)}")
+    say(f"Verdict   {OUTCOMES[verdict.outcome]} ({verdict.confidence:.2f})")
     say(*(f"          {text}" for text in _reasons(verdict)))
 
 
@@ -74,14 +73,9 @@ def document(verdict: Understanding) -> dict[str, Any]:
     """A verdict and its readings as JSON values."""
     from ovita.instruct.notation import show
 
-    readings = {"rules": verdict.rules, "learned": verdict.learned}
-    said: dict[str, Any] = {"outcome": verdict.outcome, "by": verdict.by, "confidence": verdict.confidence}
+    said: dict[str, Any] = {"outcome": verdict.outcome, "likely": round(verdict.confidence, 4)}
     said |= {"unused": list(verdict.unused), "doubts": list(verdict.doubts)}
-    return {
-        "apart": show(verdict.apart),
-        "readings": {name: None if one is None else _reading(one) for name, one in readings.items()},
-        "verdict": said | _reading(verdict.reading),
-    }
+    return {"apart": show(verdict.apart), "verdict": said | _reading(verdict.reading)}
 
 
 def _reading(reading: Reading) -> dict[str, Any]:

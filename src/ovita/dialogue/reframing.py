@@ -8,10 +8,10 @@ other writers have parameters only; what cannot be said by turning these is left
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -38,11 +38,11 @@ from ovita.instruct.frames import (
 )
 from ovita.instruct.lexicon import sorts_of
 from ovita.instruct.understanding import feedback as refereed
-from ovita.instruct.understanding import understand
+from ovita.instruct.understanding import read, understand
 from ovita.measure import compare
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
-from ovita.paths.trajectory import Array, Trajectory
+from ovita.paths.trajectory import Trajectory
 from ovita.policy import Parameter
 from ovita.request import MAX_INSTRUCTION, FeedbackOn, Request, Turn
 from ovita.result import Adaptation
@@ -58,9 +58,6 @@ OFFLINE = ("auto", "builtin")
 
 PLACING = ("at", "radius", "share", "of", "other", None)
 """Roles of parameters that say where or how smoothly, not how much."""
-
-Reader: TypeAlias = Callable[[str, Scene, Array | None, Sequence[SemanticFrame]], Reading]
-"""Reads an instruction about a scene and a path (N, 3) [m] into frames, after those of the turns before."""
 
 BRIEF = 4
 """Words of an answer that says no more than what was asked."""
@@ -118,7 +115,6 @@ class DialogueState:
     history: History
     now: Situation
     writer: PolicyWriter | str
-    reader: Reader
     asked: str
     selection: PathPart
     stages: Mapping[str, Any]
@@ -164,9 +160,9 @@ class DialogueState:
 
     # Reading.
 
-    def read(self, said: str, earlier: Sequence[SemanticFrame] = (), scene: Scene | None = None) -> Reading:
-        """An instruction as the built-in reader reads it; "there" is where the frames before are, "here" is marked."""
-        reading = self.reader(said, scene or self.now.scene, self.current.positions, earlier)
+    def read(self, said: str) -> Reading:
+        """An instruction as the built-in reader reads it; "here" is what is marked."""
+        reading = read(said, self.now.scene, self.current)
         return replace(reading, frames=with_selection(reading.frames, self.selection))
 
     def feedback(self, said: str) -> Feedback | None:
@@ -195,8 +191,8 @@ class DialogueState:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _realised(results)
         offline = results and self.offline and not vaguely_where(said, self.now.scene)
-        read = refereed if offline else read_feedback
-        reading = read(said, self.now.scene, frames, self.current.positions, self.read)
+        at = said, self.now.scene, frames, self.current.positions
+        reading = refereed(*at) if offline else read_feedback(*at, self.read(said))
         if reading is not None and reading.question and self.history.in_force:
             reading = self._of_the_newest(said) or reading
         if results and (not is_certain(self.read(said)) or names_zone(said)):
@@ -267,10 +263,15 @@ class DialogueState:
         """The frames of what led to a question with an object in place of what it left open, or of all of its kind."""
         called = _called(name)
         rest = tuple(item for item in self.now.scene if item.name == name or called.isdisjoint(_called(item.name)))
-        reading = self.read(self.asked, scene=replace(self.now.scene, objects=rest))
-        told = (self.read(text) for text in with_thing(self.asked, name))
-        about = (one for one in (reading, *told) if any(name in frame.named for frame in one.frames))
-        return next((one.frames for one in about if is_certain(one) and not one.improper), ())
+        alone = self._meant(self.asked, replace(self.now.scene, objects=rest))
+        told = (self._meant(text, self.now.scene) for text in with_thing(self.asked, name))
+        return next((frames for frames in (alone, *told) if any(name in frame.named for frame in frames)), ())
+
+    def _meant(self, said: str, scene: Scene) -> tuple[SemanticFrame, ...]:
+        """The frames of an instruction of which nothing is left over, and against which nothing speaks."""
+        verdict = understand(said, scene, self.current)
+        sound = verdict.outcome in ("do", "needs_confirmation") and not (verdict.unused or verdict.doubts)
+        return with_selection(verdict.reading.frames, self.selection) if sound else ()
 
     # Doing.
 

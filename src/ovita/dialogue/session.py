@@ -22,10 +22,9 @@ from ovita.dialogue.history import (
 )
 from ovita.dialogue.interpretation import Interpretation
 from ovita.dialogue.postconditions import NOT_THAT, answered, lost
-from ovita.dialogue.reframing import DialogueState, Reader, respond
+from ovita.dialogue.reframing import DialogueState, respond
 from ovita.dialogue.splitting import split_in_turns
 from ovita.errors import RequestError
-from ovita.instruct.rules import read
 from ovita.io.files import Journal
 from ovita.limits import ConstraintOptions
 from ovita.paths.part import WHOLE, PathPart
@@ -50,7 +49,6 @@ class Session:
         writer: A policy writer or its name.
         constraints: How limits are enforced.
         isolation: How policies must be isolated.
-        reader: Reads instructions into frames, so that one is told from feedback; None for the rules.
     """
 
     original: Trajectory
@@ -59,7 +57,6 @@ class Session:
     writer: PolicyWriter | str = "auto"
     constraints: ConstraintOptions = field(default_factory=ConstraintOptions)
     isolation: Isolation = "auto"
-    reader: Reader | None = None
     _history: History = field(init=False)
     _journal: Journal | None = field(default=None, init=False)
     _asked: str = field(default="", init=False)
@@ -178,7 +175,6 @@ class Session:
             self._history,
             self.situation,
             self.writer,
-            self.reader or read,
             self._asked,
             selection,
             {"isolation": self.isolation, "progress": progress, "cancel": cancel},

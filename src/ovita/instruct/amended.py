@@ -1,4 +1,4 @@
-"""What the words of an utterance say of waits and bounds that both readers miss."""
+"""What the words of an utterance say of waits and bounds that the reader misses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ovita.instruct.together import unit_of
 
 
 def amended(reading: F.Reading, said: Sequence[Chunk]) -> F.Reading:
-    """A reading with what neither reader sees.
+    """A reading with what the reader does not see.
 
     That is a wait beside or under a thing and not above it, one at each of several things, one that lasts longer than
     the path stands there already, or short of a thing before it goes on, both bounds of "between 20 and 60 cm", and a

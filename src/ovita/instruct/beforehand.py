@@ -1,19 +1,18 @@
-"""An utterance before the readers see it: with waypoints for features of the path, and without what is heard apart."""
+"""An utterance before the reader sees it: with waypoints for features of the path, and without what is heard apart."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from ovita.instruct import frames as F
 from ovita.instruct.arriving import arrivals
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.facts import UNKNOWN
+from ovita.instruct.facts import PAUSES, UNKNOWN
 from ovita.instruct.landmarks import by_feature, on_axes
 from ovita.instruct.nonstop import denied_stops
 from ovita.instruct.numerals import written_out
-from ovita.instruct.rules import PAUSES
 from ovita.instruct.selfrepair import repaired
-from ovita.instruct.senses import DOING
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -28,7 +27,22 @@ def with_landmarks(text: str, scene: Scene, positions: Array | None) -> tuple[st
     """
     text, points = on_axes(repaired(written_out(text), scene, positions), scene)
     text, rows = by_feature(text, scene, positions)
-    return text, " ".join(filter(None, (points, rows)))
+    return _marked(text), " ".join(filter(None, (points, rows)))
+
+
+def _marked(text: str) -> str:
+    """An utterance that begins with "this part" with "here" in its place, which is what was marked by hand."""
+    words = text.split()
+    for i, (word, thing) in enumerate(pairwise(words[:EARLY])):
+        if word.lower() == "this" and thing.lower().strip(",:") in STRETCHES:
+            return " ".join((*words[:i], "here", *words[i + 2 :]))
+    return text
+
+
+EARLY = 4
+"""Words of an utterance among which "this part" is no part that was named before it."""
+
+STRETCHES = frozenset("part bit section stretch segment piece leg".split())
 
 
 def heard_apart(
@@ -63,6 +77,11 @@ def goes_past(frame: F.SemanticFrame, apart: Sequence[F.SemanticFrame]) -> bool:
     mere = isinstance(frame, F.Extend) or (isinstance(frame, F.Visit) and frame.relation == "at")
     return mere and bool(frame.named) and {*frame.named} <= past
 
+
+DOING = frozenset(
+    "plain farther closer faster slower raise lower drop up down left right touch wait stop keep avoid".split()
+)
+"""Classes of words that may begin what is to be done."""
 
 SUBJECTS = frozenset("it it's he he's she she's they they're we i the my our your there this that people".split())
 

@@ -10,13 +10,12 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, TypeAlias, cast
+from typing import Any, TypeAlias
 
-from ovita.instruct.frames import Quantity, Role, Span
-from ovita.instruct.lexicon import DETERMINERS
+from ovita.instruct.frames import Quantity, Span
+from ovita.instruct.lexicon import DETERMINERS, term_at
 from ovita.instruct.numerals import ORDINAL_WORDS, amount_at, as_said, is_digits, more_first, unit_apart
 from ovita.instruct.objects import WORD, Catalog
-from ovita.instruct.senses import InContext, sense_at
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import POINT, Scene
 from ovita.paths.trajectory import Array
@@ -136,12 +135,6 @@ def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
     q = next((c.q for c in reversed(found) if c.q is not None), None)
     made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
     return replace(made, **more)
-
-
-def in_role(role: str, found: Sequence[Chunk]) -> Chunk:
-    """Chunks about one quantity as that quantity, in a role."""
-    chunk = next(c for c in found if c.q is not None)
-    return merged(found, chunk.kind, q=replace(chunk.number, role=cast(Role, role)), value=role)
 
 
 def kinds(found: Sequence[Chunk]) -> list[str]:
@@ -300,23 +293,12 @@ def _dash(glued: bool, inside: bool, number: bool) -> str:
     return "to" if glued and not number else ","
 
 
-def _least(at: InContext, found: Sequence[Chunk]) -> tuple[str, int]:
-    """The class of a phrase, where "a good 20 cm" and "0.2 m and up" are a least, "good" and "and up" are not."""
-    if at.kind != "min" or at.word not in ("good", "and"):
-        return at.kind, at.length
-    if at.word == "good":
-        return ("min", at.length) if at.counted else ("plain", 1)
-    after = bool(found) and found[-1].q is not None
-    goes_on = not after or at.counted or at.behind in ("by", "to", "a", "slightly", "then")
-    return ("", 0) if goes_on else ("min", at.length)
-
-
 def _chunk(
     words: Sequence[_Word], lowered: list[str], i: int, catalog: Catalog, found: Sequence[Chunk], apart: int | None
 ) -> tuple[Chunk, int]:
     """The chunk that begins at a word, and how many words it takes; `apart` is where a unit is told by itself."""
     word = lowered[i]
-    kind, length = ("", 0) if _sign(word) else _least(InContext(lowered, i, *sense_at(lowered, i)), found)
+    kind, length = ("", 0) if _sign(word) else term_at(lowered, i)
     earlier = next((c.names for c in reversed(found) if c.kind == "OBJ"), ())
     options: tuple[Callable[[], Made], ...] = (
         lambda: _thing(lowered, i, catalog, earlier, kind, length),

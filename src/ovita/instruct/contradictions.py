@@ -1,7 +1,8 @@
 """What speaks against a reading: plain facts of the utterance that the frames do not bear out.
 
-Numbers, objects and negations that are said have to be found in what is read, and no frame can hold a condition, a
-place that nothing names, or a wish of which no word is known. Each check says, as a sentence, what is lost.
+Numbers, objects and negations that are said have to be found in what is read, and no frame can hold a condition, or a
+wish of which no word is known. Each check says, as a sentence, what is lost; what any of
+them speaks against is shown first.
 """
 
 from __future__ import annotations
@@ -18,15 +19,16 @@ from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.paths.part import PathPart
+from ovita.paths.scene import DIRECTIONS
 
 EXCLUDED = {
-    **dict.fromkeys("up raise over farther faster larger inc".split(), "at_most"),
-    **dict.fromkeys("down lower under closer slower smaller dec".split(), "at_least"),
+    **dict.fromkeys("up raise over farther faster larger inc at_least".split(), "at_most"),
+    **dict.fromkeys("down lower under closer slower smaller dec at_most within".split(), "at_least"),
 }
-"""The bound that is never meant by a comparison: "higher than" is no greatest height."""
+"""The bound that is never meant by a comparison: "higher than" is no greatest height, "never higher" no least one."""
 
-NOT = frozenset("never clear avoid too at_most max limit vmax ceiling".split())
-"""What may turn a comparison round: "never higher than"."""
+NOT = frozenset("clear avoid too max limit vmax ceiling".split())
+"""What may turn a comparison round, but for a "never" right before it."""
 
 Check = Callable[[Facts], str]
 """A check of a reading: a sentence that says what is against it, or "" where nothing is."""
@@ -37,12 +39,13 @@ def contradictions(
 ) -> tuple[str, ...]:
     """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
     facts = Facts(said, tuple(frames))
-    return tuple(text for check in checks or CHECKS if (text := check(facts)))
+    checks = checks or CHECKS + IN_SHORT * (len(said) <= SHORT)
+    return tuple(text for check in checks if (text := check(facts)))
 
 
 def _turned(it: Facts) -> str:
-    """Left is read where only right is said, slower where only faster is."""
-    for sense in sorted(it.senses):
+    """Left is read where only right is said."""
+    for sense in sorted(it.senses & {*DIRECTIONS}):
         other = OPPOSITE[sense]
         said_otherwise = it.kinds & OPPOSED[other] - OPPOSED[sense] and not it.kinds & OPPOSED[sense]
         if said_otherwise and other not in it.senses:
@@ -137,11 +140,32 @@ def _compared(it: Facts) -> str:
     if it.kinds & NOT:
         return ""
     bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
-    for word, amount in pairwise(chunk for chunk in it.row if chunk.kind != "than"):
-        wrong = [value for role, value in bounds if role == EXCLUDED.get(word.kind)]
+    row = [chunk for chunk in it.row if chunk.kind != "than"]
+    for before, word, amount in zip([*row[:1], *row], row, row[1:], strict=False):
+        excluded = EXCLUDED.get(word.kind, "")
+        if before.kind == "never" and excluded:
+            excluded = OTHER_BOUND[excluded]
+        wrong = [value for role, value in bounds if role == excluded]
         if amount.q is not None and among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
+
+
+OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}
+
+
+def _more_of_it(it: Facts) -> str:
+    """More of what there is too much of, or is to be avoided: "too far to the left" as left, "avoid the left side"."""
+    for i, chunk in enumerate(it.row):
+        behind = it.row[i + 1 : i + 1 + {"too": 3, "avoid": 1}.get(chunk.kind, 0)]
+        for word in behind:
+            if any(word.kind == sense and word.kind in WAYS for sense in it.senses):
+                return f"{chunk.text!r} {word.text} is read as more of it."
+    return ""
+
+
+WAYS = frozenset("left right front back up down closer farther faster slower larger smaller".split())
+"""Senses that are classes of words, too."""
 
 
 def _one_of_two(it: Facts) -> str:
@@ -149,16 +173,6 @@ def _one_of_two(it: Facts) -> str:
     one_side = any(len({*senses(frame)} & {"left", "right"}) == 1 for frame in it.frames)
     swapped = "mirror" not in it.plain and any(isinstance(frame, F.Mirror) for frame in it.frames)
     return f"{it.word({'sideways'})} is both sides." if (one_side or swapped) and "sideways" in it.plain else ""
-
-
-def _above_lost(it: Facts) -> str:
-    """A place above or below something, where what is read is about the thing itself."""
-    for word, thing in pairwise(it.row):
-        about = [frame for frame in it.frames if {*thing.names} & {*frame.named}]
-        level = about and all(isinstance(frame, F.Figure | F.Clearance) for frame in about)
-        if word.kind in ("over", "under") and level:
-            return f"{word.text!r} {thing.text} has no place in it."
-    return ""
 
 
 def _thing_moved(it: Facts) -> str:
@@ -257,6 +271,8 @@ def _wish_left(it: Facts) -> str:
         )
         if strange and clause[0].kind == "and":
             return f"{' '.join(chunk.text for chunk in clause[1:])!r} has no place in it."
+        if [chunk.kind for chunk in clause[:2]] == ["and", "unknown"]:  # "and moonwalk near the cup"
+            return f"{clause[1].text!r} has no place in it."
     return ""
 
 
@@ -267,29 +283,6 @@ def _is_strange(chunk: Chunk) -> bool:
 
 OWN_NAMES = frozenset("path trajectory route way track line course motion movement it waypoints points".split())
 """What the path is called, which asks for nothing by itself."""
-
-
-def _pointed(it: Facts) -> str:
-    """A place that is only pointed at, or unknown, where the whole path is changed: "speed up in the hallway"."""
-    if any(map(F.says_where, it.frames)):
-        return ""
-    clause = next((clause for clause in clauses(it.said) if "there" in [chunk.kind for chunk in clause]), None)
-    if clause is not None and not all(elsewhere(frame, [clause]) for frame in it.frames):
-        return f"{it.word({'there'})} points at a place that nothing names."
-    strange = (word.text for at, word in pairwise(it.row) if at.kind in PLACED_AT and _is_place(word))
-    return next((f"{where!r} is no place that is known." for where in strange), "")
-
-
-def _is_place(word: Chunk) -> bool:
-    """Whether a word may be a part of the path that nobody knows: the "seam"."""
-    return word.kind == "unknown" or (word.kind == "path" and word.text.lower() in WORKED)
-
-
-WORKED = frozenset("seam weld bead joint".split())
-"""Words for the part of a path on which the work is done."""
-
-PLACED_AT = ("in", "at", "on", "along", "inside")
-"""Classes of words before a place."""
 
 
 def _without_unit(it: Facts) -> str:
@@ -353,6 +346,32 @@ def _leaves_out(part: PathPart) -> bool:
     return part.kind == "outside" or any(map(_leaves_out, part.parts))
 
 
+def _unsaid(it: Facts) -> str:
+    """A part of the path that no word says: all but a place, where nothing is left out, or the way up."""
+    kinds = {frame.part.kind for frame in it.frames}
+    if "outside" in kinds and LEAVING_OUT.isdisjoint(it.words) and "except" not in it.plain:
+        return "Nothing says that a part is left out."
+    for part, way in (("rising", "up"), ("falling", "down")):
+        if part in kinds and not it.plain & OPPOSED[way]:
+            return f"Nothing says that it is about the way {way}."
+    return ""
+
+
+LEAVING_OUT = frozenset(
+    """but besides apart other than outside else elsewhere otherwise rest excluding save bar barring beyond away without
+    not don't never unless remaining remainder leave keep leaving keeping untouched only just elsewhere unchanged alone
+    out exempt spare sparing skip skipping stays remains until till before after from then same normal again""".split()
+)
+"""Words by which a part of the path may be left out."""
+
+
+def _half_left(it: Facts) -> str:
+    """A half of the path that no frame is about."""
+    held = set[float]().union(*map(held_by, it.frames))
+    said = next((chunk.text for chunk in it.said if chunk.kind in ("firsthalf", "secondhalf")), "")
+    return f"{said!r} has no place in it." if said and not among(held, 0.5) else ""
+
+
 def asked(it: Facts) -> str:
     """A question of what the path is like: "does it go over the box?"; "does it have to ...?" is a wish."""
     first, second, *more = [*it.words, "", ""]
@@ -374,13 +393,12 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 """Words that make a question a wish."""
 
 
-LEFT = (_number_left, _object_left)
-"""What is left of an utterance though it was said to be used."""
-
-NEVER = (
-    asked, _sign_left, _compared, _one_of_two, _above_lost, _by_or_to, _conditional, _thing_moved, _wish_left,
-    _other_deed, _pointed, _without_unit, _exception_left,
+CHECKS: tuple[Check, ...] = (
+    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two, _by_or_to,
+    _conditional, _thing_moved, _other_deed, _without_unit, _exception_left, _unsaid, _half_left,
 )  # fmt: skip
-"""What is never done at once, however likely its reading is."""
+IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
+"""Checks of short utterances: in long ones, such words mostly belong to what is told besides."""
 
-CHECKS = (_turned, _negated, *LEFT, *NEVER)
+SHORT = 10
+"""Chunks of a short utterance."""

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import OPPOSITE, apply, directions_of
 from ovita.instruct.remarks import ADJECTIVES, SENSES, Candidate, Phrase, Remark, heading, senses_of
-from ovita.instruct.together import STRETCH_AT
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
 
 NEAR = ("near", "around", "over")
+
+STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}
+"""The part of the path at each of its ends."""
 
 ORDINALS = {"first": 1, "second": 2, "third": 3}
 

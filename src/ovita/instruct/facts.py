@@ -9,10 +9,10 @@ from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import OPPOSITE
-from ovita.instruct.rules import PAUSES, turned
-from ovita.paths.part import PathPart, outside
 from ovita.text import quoted
+
+PAUSES = frozenset(("comma", "dot", "and", "because", "correct"))
+"""Classes of chunks between which clauses stand."""
 
 UNKNOWN = frozenset("unknown filler comma dot and".split())
 """Classes of chunks that say nothing: what a reader sees in them alone is a guess."""
@@ -90,7 +90,21 @@ class Facts:
 
 @lru_cache(maxsize=16)
 def _flipped(said: tuple[Chunk, ...]) -> frozenset[str]:
-    return frozenset(chunk.kind for chunk in turned(said))
+    """The classes of words that others turn round, as what they come to: "too close" as farther."""
+    row = [chunk.kind for chunk in said if chunk.kind not in ("filler", "approx")]
+    denied = (kind for i, kind in enumerate(row) if not TURNING.isdisjoint(row[max(i - 2, 0) : i]))
+    return frozenset(FLIPPED[kind] for kind in denied if kind in FLIPPED)
+
+
+TURNING = frozenset("too never so less dec pass without clear".split())
+"""Classes of words that turn round what stands right behind them."""
+
+FLIPPED = {
+    **F.OPPOSITES, "closer": "farther", "farther": "closer", "faster": "slower", "slower": "faster",
+    "larger": "smaller", "smaller": "larger", "raise": "lower", "lower": "raise", "inc": "dec", "dec": "inc",
+    "more_curve": "less_curve", "less_curve": "more_curve", "near": "farther", "touch": "farther", "avoid": "touch",
+}  # fmt: skip
+"""What words come to that are turned round."""
 
 
 def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
@@ -126,28 +140,3 @@ def senses(frame: F.SemanticFrame) -> list[str]:
     if factor != 1.0:
         found.append("slower" if factor < 1.0 else "faster")
     return [sense for sense in found if sense in OPPOSED]
-
-
-def opposed(one: Iterable[F.SemanticFrame], other: Iterable[F.SemanticFrame]) -> bool:
-    """Whether two readings hold opposite senses, such as left and right, or a part of the path and all but it."""
-    mine, theirs = _claims(one), _claims(other)
-    return bool(theirs & set(map(_opposite, mine)) or mine & set(map(_opposite, theirs)))
-
-
-def _claims(frames: Iterable[F.SemanticFrame]) -> set[str | PathPart]:
-    """The senses and the bounds on distances that frames hold, and the parts of the path that they are about."""
-    found: set[str | PathPart] = set()
-    for frame in frames:
-        found.update(senses(frame), _bounds(frame), [frame.part])
-    return found
-
-
-def _bounds(frame: F.SemanticFrame) -> set[str]:
-    return set(BOUNDS).intersection([frame.distance.role]) if isinstance(frame, F.Clearance) else set()
-
-
-def _opposite(claim: str | PathPart) -> str | PathPart:
-    return outside(claim) if isinstance(claim, PathPart) else OTHER_BOUND.get(claim) or OPPOSITE[claim]
-
-
-OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}

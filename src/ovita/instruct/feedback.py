@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from ovita.instruct import corrections as C
 from ovita.instruct import edits as E
@@ -14,15 +14,13 @@ from ovita.instruct.remarks import NOES, Candidate, Phrase, Remark, pieces_of, s
 from ovita.paths.scene import Scene, SceneObject
 from ovita.paths.trajectory import Array
 
-Reader: TypeAlias = Callable[[str, Sequence[F.SemanticFrame]], F.Reading]
-
 
 def read_feedback(
     text: str,
     scene: Scene,
     before: Sequence[F.SemanticFrame],
     positions: Array | None = None,
-    reader: Reader | None = None,
+    fresh: F.Reading | None = None,
 ) -> F.Reading | None:
     """Read an utterance as edits on the frames before it; None if it says nothing about them, or something is unread.
 
@@ -31,9 +29,9 @@ def read_feedback(
         scene: The surroundings.
         before: The frames of the turns that it may be about, oldest first.
         positions: The path (N, 3) [m], for phrases such as "the object nearest to the goal".
-        reader: Reads words as an instruction, to tell instructions that say nothing about the frames before.
+        fresh: What it is as an instruction, to tell instructions that say nothing about the frames before.
     """
-    found = retrospect(text, scene, before, positions, reader)
+    found = retrospect(text, scene, before, positions, fresh)
     return found.reading if looks_back(found) else None
 
 
@@ -42,13 +40,12 @@ def retrospect(
     scene: Scene,
     before: Sequence[F.SemanticFrame],
     positions: Array | None = None,
-    reader: Reader | None = None,
+    fresh: F.Reading | None = None,
 ) -> Retrospect:
     """The first way to read all of an utterance as feedback, beside the instruction that it would be."""
     said = Remark(pieces_of(text, scene, before, positions), tuple(before), scene.names)
-    fresh = F.Reading() if reader is None else reader(text, ())
     whole = (found for row in ROWS for found in row(said) if not said.unread(found.used))
-    return Retrospect(said, next(whole, Candidate((), ())), fresh)
+    return Retrospect(said, next(whole, Candidate((), ())), fresh or F.Reading())
 
 
 def named_frames(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> list[int]:

@@ -5,29 +5,40 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, Literal
 
+from ovita.instruct.encoder import concepts_of
 from ovita.instruct.frames import (
+    OPPOSITES,
+    Approach,
     Clearance,
     Extend,
     Figure,
     Height,
+    MoveEnd,
     Pace,
     Quantity,
     SemanticFrame,
+    Shift,
+    Side,
     StopAt,
+    Visit,
     Wait,
     held_by,
 )
-from ovita.instruct.senses import BACKING
-from ovita.instruct.sketch import Sketch
+from ovita.instruct.lexicon import concept_at
+from ovita.instruct.sketch import DETERMINERS, Fragment, Sketch
 from ovita.instruct.slots import Atom, Unfit
+from ovita.paths.part import WHOLE
 
 NONE = Quantity(0.0, "m")
 """The distance of what is not touched, and the height over a thing of what is as high as it."""
 
-SHORT_OF = frozenset("short before shy off away front ahead close nearer".split())
+SHORT_OF = frozenset("short before shy off away from front ahead close nearer".split())
 """Words with which a length is left to what a path stops at."""
+
+BACKING = ("back up", "backing up", "back off", "back out", "reverse", "retreat", "retract", "back along")
+"""How words begin that ask for the way back from where the robot is."""
 
 SINKING = frozenset("down downward downwards descend descends descending descent sink sinks sinking drop".split())
 RISING = frozenset("up upward upwards ascend ascending ascent climb climbing rise rising".split())
@@ -44,7 +55,28 @@ NO_WAY_DOWN = frozenset("slow slows slowing slowed calm wind it".split())
 def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
     """Atoms with the amounts that go without a number: not to touch something, or a height that is a thing's."""
     said = _lengths_said(seen)
-    return tuple(_with_none(atom) if not said and "amount" not in atom.amounts else atom for atom in atoms)
+    found = [_with_none(atom) if not said and "amount" not in atom.amounts else atom for atom in atoms]
+    for i, (one, other) in enumerate(pairwise(found)):
+        if one.label("direction") and one.amounts == other.amounts and _is_the_others(one, other, seen):
+            found[i] = replace(one, amounts={})
+    return tuple(found)
+
+
+def _is_the_others(one: Atom, other: Atom, seen: Sketch) -> bool:
+    """Whether an amount behind an "and" is of the second of two directions only: "up and 10 cm to the left"."""
+    if [*one.amounts] != ["amount"]:
+        return False
+    at = [k for k, p in enumerate(seen.pieces) if p.mention >= 0 and _is(seen, p.mention, one.amounts["amount"])]
+    if len(at) != 1 or not at[0] or seen.pieces[at[0] - 1].text.lower() not in ("and", ","):
+        return False
+    before, behind = (_ways(seen.pieces[part]) for part in (slice(at[0]), slice(at[0], None)))
+    return one.label("direction") in before - behind and other.label("direction") in behind - before
+
+
+def _ways(pieces: Sequence[Fragment]) -> set[str]:
+    """The directions that some words say."""
+    concepts = concepts_of(pieces)
+    return {{"raise": "up", "lower": "down"}.get(concept, concept) for concept in concepts}
 
 
 def _lengths_said(seen: Sketch) -> bool:
@@ -71,7 +103,7 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     Raises:
         Unfit: If a height is neither said nor that of one thing.
     """
-    text = " ".join(piece.text.lower() for piece in seen.pieces if piece.text.isalpha())
+    text = " ".join(piece.text.lower() for piece in seen.pieces if piece.text.replace("'", "").isalpha())
     found: list[Any] = []
     for item in items:
         told, mention = _completed(_untouched(item, items, text), text, _left(used, seen), seen)
@@ -91,11 +123,18 @@ def _left(used: frozenset[int], seen: Sketch) -> list[int]:
 
 def _untouched(item: Any, items: Sequence[Any], text: str) -> Any:
     """A clearance whose distance is another wish's as one of none: "go left by 0.2 and do not touch the kettle"."""
-    if not isinstance(item, Clearance) or "touch" not in text.split():
+    if not isinstance(item, Clearance) or item.distance.role != "at_least" or TOUCHING.isdisjoint(text.split()):
         return item
     others = [one for one in items if isinstance(one, SemanticFrame) and one is not item]
     shared = any(item.distance.value in held_by(other) for other in others)
     return replace(item, distance=replace(NONE, role="at_least")) if shared else item
+
+
+SKIMMING = frozenset("skim skims skimming graze grazes grazing barely low".split())
+"""Words for a pass close over a thing."""
+
+TOUCHING = frozenset("touch touching bump bumping hit hitting collide colliding knock".split())
+"""Words for what is not to happen between the robot and a thing."""
 
 
 def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
@@ -106,17 +145,81 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return _stopped_short(item, left, seen)
         case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
             return _as_high_as(item, left, seen)
-        case Extend(place="", by=Quantity() as by) if by.value > 0 and any(phrase in text for phrase in BACKING):
+        case Height(of="", level=Quantity(role="to")) if not item.part and (end := _end_told(seen)):
+            return MoveEnd(end=end, level=item.level), NOWHERE
+        case Height(of="", level=Quantity()):
+            return _than_a_thing(item, left, seen)
+        case Shift() | MoveEnd():
+            return _put(item, text, seen), NOWHERE
+        case Side(direction="left" | "right") if beside := _on_your_side(text) or _kept_off(seen):
+            return replace(item, direction=OPPOSITES[beside]), NOWHERE
+        case Approach() | Clearance() if changed := _gap_changed(text):
+            return _with_gap(item, changed), NOWHERE
+        case Pace():
+            return _paced(item, words, seen), NOWHERE
+        case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
-        case Pace(change="slower", amount=Quantity(value=0.0)) if not item.part:
-            return replace(item, change="rampdown", amount=None), NOWHERE
-        case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(text):
-            return replace(item, rise=replace(rise, value=-abs(rise.value), said="")), NOWHERE
-        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or any(
-            phrase in text for phrase in UP_AND_DOWN
-        ):
-            return replace(item, upright=True), NOWHERE
+        case Figure():
+            return _drawn(item, text), NOWHERE
+        case Visit(relation="over" | "under", by=None) if not SKIMMING.isdisjoint(words):
+            return replace(item, degree="slight"), NOWHERE
     return item, NOWHERE
+
+
+def _paced(pace: Pace, words: frozenset[str], seen: Sketch) -> Pace:
+    """A pace as words say it: down to a stop, times so much, in a share of the time."""
+    match pace:
+        case Pace(change="slower", amount=Quantity(value=0.0)) if not pace.part:
+            return replace(pace, change="rampdown", amount=None)
+        case Pace(change="faster" | "slower", amount=Quantity(unit="x") as by) if not MULTIPLIED.isdisjoint(words):
+            return replace(pace, change="set", amount=replace(by, role="to"))
+        case Pace(change="set", amount=Quantity(unit="m/s") as by) if not CAPPED.isdisjoint(words):
+            return replace(pace, change="cap", amount=replace(by, role="at_most"))
+        case Pace(amount=Quantity(unit="%")):
+            return _in_words_of_time(pace, seen)
+    return pace
+
+
+CAPPED = frozenset("top max maximum highest peak".split())
+"""Words before a speed that is a greatest one."""
+
+
+def _drawn(figure: Figure, text: str) -> Figure:
+    """A figure as words say it: a circle and no eight, sinking, upright."""
+    words = frozenset(text.split())
+    match figure:
+        case Figure(shape="eight") if not words.isdisjoint(ROUND) and words.isdisjoint(EIGHTS):
+            return replace(figure, shape="circle")
+        case Figure(shape="spiral", rise=Quantity() as rise) if _sinks(text):
+            return replace(figure, rise=replace(rise, value=-abs(rise.value), said=""))
+        case Figure(shape="wave" | "zigzag") if not UPRIGHT.isdisjoint(words) or _says(text, UP_AND_DOWN):
+            return replace(figure, upright=True)
+    return figure
+
+
+ROUND = frozenset("circle circles ring loop".split())
+EIGHTS = frozenset("eight eights figure loops lemniscate infinity".split())
+"""Words for figures that the reader takes for each other."""
+
+
+def _put(item: Shift | MoveEnd, text: str, seen: Sketch) -> SemanticFrame:
+    """A move up or down "to" an amount as the height that it is, and an end on top of a thing or as high as it."""
+    match item:
+        case MoveEnd(relation="to", offset=(), place=str() as thing) if _says(text, HIGH_AS) and thing in item.named:
+            return MoveEnd(end=item.end, place=thing, level=replace(NONE, role="to"))
+        case MoveEnd(relation="to", offset=(("up", None),)) if "on top of" in text:
+            return replace(item, offset=())
+        case Shift(offset=(("up" | "down", Quantity() as by),)) if _led_by_to(by, seen):
+            return Height(level=replace(by, role="to"), part=item.part)
+        case MoveEnd(relation="", offset=(("up" | "down", Quantity() as by),)) if _led_by_to(by, seen):
+            return MoveEnd(end=item.end, level=replace(by, role="to"))
+    return item
+
+
+def _led_by_to(amount: Quantity, seen: Sketch) -> bool:
+    """Whether a "to" stands before an amount."""
+    said = [b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "to" and b.mention >= 0]
+    return any(_is(seen, mention, amount) for mention in said)
 
 
 def _sinks(text: str) -> bool:
@@ -136,6 +239,119 @@ def _stopped_short(stop: StopAt | Wait, left: Sequence[int], seen: Sketch) -> tu
 def _as_high_as(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Height, int]:
     """The height of the one thing that is left."""
     things = [i for i in left if len(seen.mentions[i].items) == 1]
+    if height.part.kind == "near" and len(height.part.places) == 1:  # "level with the lamp"
+        return replace(height, of=height.part.places[0], part=WHOLE), NOWHERE
     if len(things) != 1:
         raise Unfit("How high is that, in metres")
     return replace(height, of=seen.mentions[things[0]].items[0]), things[0]
+
+
+def _than_a_thing(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Height, int]:
+    """So much lower or higher than the one thing that is left: "30 cm lower than the lamp"."""
+    behind = {b.mention: a.text for a, b in _without_the(seen) if b.mention in left}
+    things = [i for i, word in behind.items() if word in COMPARING and len(seen.mentions[i].items) == 1]
+    if len(things) != 1:
+        return height, NOWHERE
+    words = {piece.text.lower() for piece in seen.pieces}
+    value = -height.level.value if words & {"lower", "below", "under", "beneath"} else height.level.value
+    role = "to" if height.level.role in ("at_least", "at_most") and not words & BOUNDING else height.level.role
+    of = seen.mentions[things[0]].items[0]
+    return replace(height, of=of, level=replace(height.level, value=value, role=role, said="")), things[0]
+
+
+COMPARING = frozenset("than below above under over beneath".split())
+BOUNDING = frozenset("never always least most not don't stay keep remain must no".split())
+"""Words with which a height is one that nothing is to pass."""
+
+
+def _without_the(seen: Sketch) -> list[tuple[Fragment, Fragment]]:
+    """Neighbouring pieces, articles aside."""
+    return list(pairwise(piece for piece in seen.pieces if piece.text.lower() not in DETERMINERS))
+
+
+def _on_your_side(text: str) -> str:
+    """The side on which a thing is to lie, seen from the robot: "with the cup on your left", "leave it to port"."""
+    if LEAVING.isdisjoint(text.split()):
+        return ""
+    return next((side for side, phrases in SIDES.items() if any(phrase in text for phrase in phrases)), "")
+
+
+def _kept_off(seen: Sketch) -> str:
+    """The side of a thing that is denied: "never go to the left of the vase"; "" where none is."""
+    words = [piece.text.lower() for piece in seen.pieces if piece.text.lower() != "side"]
+    for i, (word, behind) in enumerate(pairwise(words)):
+        if word in ("left", "right") and behind == "of" and not DENYING.isdisjoint(words[max(i - 5, 0) : i]):
+            return word
+    return ""
+
+
+def _end_told(seen: Sketch) -> Literal["", "start", "goal"]:
+    """The end that a height is told of: "the goal should be at a height of 0.5 m"; "" where none is."""
+    words = ["", *(piece.text.lower() for piece in seen.pieces if piece.text.lower() not in DETERMINERS)]
+    number = next((i for i, piece in enumerate(words) if piece.startswith("<")), len(words))
+    for before, word in pairwise(words[:number]):
+        if word in ("goal", "start", "end", "finish", "destination") and before in ("", *PUTTING):
+            return "start" if word == "start" else "goal"
+    return ""
+
+
+PUTTING = ("put", "set", "place", "bring", "raise", "lower", "move", "have", "keep", "let")
+"""Verbs before what is put somewhere."""
+
+HIGH_AS = ("height of", "level with", "level of", "as high as", "same height")
+"""Phrases before a thing whose height is meant, not its place."""
+
+MULTIPLIED = frozenset("multiply multiplied multiplying scale scaled scaling".split())
+"""Words with which a factor is one of what there is, and no difference."""
+
+
+def _says(text: str, phrases: Sequence[str]) -> bool:
+    return any(phrase in text for phrase in phrases)
+
+
+LEAVING = frozenset("leave leaving keep keeping with have having remain remains stay stays".split())
+SIDES = {
+    side: (*(f"on {whose} {side}" for whose in ("your", "its", "my", "our", "the robot's")), f"to {port}")
+    for side, port in (("left", "port"), ("right", "starboard"))
+}
+
+
+def _gap_changed(text: str) -> str:
+    """Whether words ask for a smaller ("less") or a larger ("more") distance; "" where they don't."""
+    words = [word for word in text.split() if word not in DETERMINERS]
+    if not DENYING.isdisjoint(words):  # "don't widen the gap"
+        return ""
+    told = [(concept_at((word,), 0)[0], concept_at(words[i + 1 : i + 2], 0)[0]) for i, word in enumerate(words)]
+    return next((CHANGES[how] for how, what in told if how in CHANGES and what == "distance"), "")
+
+
+DENYING = frozenset("not don't never without no".split())
+CHANGES = {"decrease": "less", "increase": "more"}
+
+
+def _with_gap(item: Approach | Clearance, changed: str) -> SemanticFrame:
+    """A frame about a distance that is to be larger or smaller as such."""
+    if isinstance(item, Approach):
+        return replace(item, sense="closer" if changed == "less" else "farther")
+    return replace(item, distance=replace(item.distance, role="at_most" if changed == "less" else "at_least"))
+
+
+def _in_words_of_time(pace: Pace, seen: Sketch) -> Pace:
+    """A share of the time as the factor of the speed that it is, and "half as fast" as a share of the speed."""
+    at = next((k for k, p in enumerate(seen.pieces) if p.mention >= 0 and _is(seen, p.mention, pace.amount)), None)
+    if at is None or pace.amount is None or not 0.0 < pace.amount.value < 1.0:
+        return pace
+    behind = [piece.text.lower() for piece in seen.pieces[at + 1 : at + 4]]
+    if behind[:1] == ["as"] and behind[1:2] and behind[1] in ("fast", "quick", "quickly"):
+        return replace(pace, change="set", amount=replace(pace.amount, role="to"))
+    told = [word for word in behind if word not in ("of", "the", "that", "its")]
+    before = [piece.text.lower() for piece in seen.pieces[max(at - 2, 0) : at]]
+    if told[:1] in (["time"], ["duration"]) and not {"by", "save", "off", "cut", "less"} & {*before}:
+        by = replace(pace.amount, value=1.0 / pace.amount.value, unit="x", role="by", said="")
+        return replace(pace, change="faster", amount=by)
+    return pace
+
+
+def _is(seen: Sketch, mention: int, amount: Quantity | None) -> bool:
+    said = seen.mentions[mention]
+    return amount is not None and not said.is_object and (said.value, said.unit) == (amount.value, amount.unit)

@@ -9,20 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from ovita import text as words_of
-from ovita.instruct.edits import Also, Edit
+from ovita.instruct.edits import Also
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
-from ovita.instruct.fillers import held_along
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame
 from ovita.instruct.lacking import completed, without_amounts
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, atoms_of, items_of
-from ovita.instruct.together import aimed
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, items_of
+from ovita.instruct.together import aimed, held_along
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
@@ -111,7 +111,6 @@ QUESTIONS = {
 }
 IMPROPER = {
     "unrelated": "this is not about the path",
-    "object": "this names an object that the scene does not have",
     "contradiction": "this contradicts itself",
     "nonsense": "nothing in this says how the path should change",
     "cannot": "this is more than the built-in reader can say about a path",
@@ -165,26 +164,6 @@ class NetworkReading:
     output: Output
     before: Sequence[SemanticFrame] | None = None
 
-    def weigh(self, items: Iterable[SemanticFrame | Edit]) -> float:
-        """How likely the network holds a reading by any reader to be, as a logarithm; none that it has no words for."""
-        try:
-            atoms = atoms_of(items)
-            said = [value for q, atom in enumerate(atoms) for value in self._weights(q, atom)]
-        except (Unfit, ValueError, IndexError):  # a class that a head does not have, or more atoms than it has places
-            return -math.inf
-        if len(atoms) < QUERIES:
-            said.append(max(self._weight("action", len(atoms), end) for end in ("none", "improper")))
-        return sum(said)
-
-    def _weights(self, q: int, atom: Atom) -> Iterator[float]:
-        heads = ("action", *OF_ACTION.get(atom.label("action"), ()))
-        if "part" in heads and atom.label("part") != "whole":
-            heads += WITH_PART
-        return (self._weight(head, q, atom.label(head)) for head in heads)
-
-    def _weight(self, head: str, q: int, label: str) -> float:
-        return math.log(max(float(self.output.heads[head][q][HEADS[head].index(label)]), LEAST))
-
 
 class LearnedReader:
     """Reads sentences by the network that the package brings, or by another one.
@@ -219,7 +198,7 @@ class LearnedReader:
     def hear(
         self, text: str, scene: Scene, positions: Array | None = None, before: Sequence[SemanticFrame] | None = None
     ) -> NetworkReading:
-        """What the network says of a sentence, from which a reading is taken and others are weighed."""
+        """What the network says of a sentence, from which readings are taken."""
         seen = sketch(text, scene, positions, before, self.net.known)
         return NetworkReading(seen, self.net.read(encode(seen, self.net.splitter)), before)
 
@@ -324,6 +303,8 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     """The slots of a reading that asks back or finds nothing to do; empty where there is something to do."""
     first = choice.atoms[0].label("action") if choice.atoms else "none"
     why = choice.atoms[0].label("choice") if choice.atoms else "nonsense"
+    if (first, why) == ("improper", "object"):
+        return {"question": QUESTIONS["which"] + "?"}
     if first in ("improper", "none"):
         return {"improper": IMPROPER.get(why, IMPROPER["nonsense"]), "asks": why == "question"}
     pointed = range(len(seen.mentions)) if first == "ask" and why == "which" else sorted(choice.used)
@@ -492,17 +473,28 @@ def unused(seen: Sketch, choice: Choice) -> tuple[str, ...]:
     if not actions & _OF_SPEED:
         wanted.update(LEFT_WORDS["speed"])
     marks = _unpointed(seen, choice)
-    amounts = [f"{m.value:g} {m.unit}".strip() for m in marks if not m.is_object]
+    amounts = [_said_as(m) for m in marks if not m.is_object]
     objects = [name for m in marks for name in m.items[:1]]
     return (*amounts, *objects, *(word for concept, word in _concepts(seen) if concept in wanted - actions))
+
+
+def _said_as(amount: Referent) -> str:
+    """An amount for people: "0.15 m", "50 %"."""
+    value = amount.value * 100 if amount.unit == "%" else amount.value
+    return f"{value:g} {amount.unit}".strip()
+
+
+PARTED = frozenset("first second last other final initial latter former middle".split())
+"""Words before a share that is a part of the path."""
 
 
 def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
     """What the sentence mentions and nothing points at, nor at another mention of it; not a figure's eight."""
     eight = any(atom.label("action") == "eight" for atom in choice.atoms)
     pointed = {name for i in choice.used for name in seen.mentions[i].items}
+    parts = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() in PARTED}  # "the second half"
     open_ = sorted({f.mention for f in seen.pieces if f.mention >= 0} - choice.used)
-    mentions = [seen.mentions[i] for i in open_ if not seen.mentions[i].weak]
+    mentions = [seen.mentions[i] for i in open_ if i in parts or not seen.mentions[i].weak]
     return [m for m in mentions if pointed.isdisjoint(m.items) and not (eight and m.value == 8.0)]
 
 

@@ -7,20 +7,19 @@ way to take it; their sums say how likely it is meant.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from types import UnionType
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.amounts import asks_for_limit
-from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import apply, directions_of, is_called, slots
+from ovita.instruct.editing import apply, directions_of, is_called
 from ovita.instruct.frames import frame_objects
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.meaning import canonical_part, same
-from ovita.instruct.numerals import is_digits
+from ovita.instruct.referee import DO
 from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
 from ovita.paths.scene import Scene
 
@@ -37,102 +36,6 @@ BACKWARD = frozenset(
     ok okay good better further another undo redo forget cancel scrap drop kill lose remove yes original""".split()
 )
 """Words that speak of what was done, or of what is meant instead."""
-
-
-TOO_MUCH, TOO_LITTLE = (frozenset(words.split()) for words in ("far much long big large wide", "short little small"))
-"""Words behind an amount and "too" for what is so much too much, and for what is missing."""
-
-
-def in_excess(
-    edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame]
-) -> tuple[E.Edit, ...]:
-    """Edits with an amount that is too much or missing as so much less or more: "3 cm too high", "take 3 cm off".
-
-    A bare number is in the unit of the length that it takes the place of, and what is given up of several changes is
-    what was done about the one object that is named.
-    """
-    numbers = [chunk.number.value for chunk in said if chunk.kind == "Qn"]
-    things = {name for chunk in said if chunk.kind == "OBJ" for name in chunk.names}
-    edits = tuple(_about_named(_in_its_unit(edit, before, numbers), before, things) for edit in edits)
-    words = {chunk.q.value: _excess(*[*said[i + 1 : i + 3], END, END][:2]) for i, chunk in enumerate(said) if chunk.q}
-    return _exceeding(edits, said, before, words) if any(words.values()) else edits
-
-
-def _exceeding(
-    edits: tuple[E.Edit, ...], said: Sequence[Chunk], before: Sequence[F.SemanticFrame], words: Mapping[float, str]
-) -> tuple[E.Edit, ...]:
-    """Edits with amounts behind which words say that so much is too much or missing."""
-    known = list(slots(before[0])) if len(before) == 1 else []
-    match edits:
-        case (E.Rescale(change="more" | "less" as change, factor=None),) if len(known) == 1:
-            amount = next(chunk.q for chunk in said if chunk.q and words[chunk.q.value])
-            return (E.Set(slot=known[0], quantity=amount, step=1 if change == "more" else -1),)
-    return tuple(_stepped(edit, words) for edit in edits)
-
-
-def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Sequence[float]) -> E.Edit:
-    """An edit whose bare number is in the unit of the length that it takes the place of: "two is enough" of 3 cm."""
-    if not isinstance(edit, E.Set):
-        return edit
-    guesses = (1.0,) if not edit.quantity.unit else (1.0, 0.01, 0.001)
-    bare = next((n for n in numbers for unit in guesses if math.isclose(n * unit, edit.quantity.value)), None)
-    stated = (pair for frame in reversed(before) for pair in _stated(frame))
-    had = next((q for slot, q in stated if edit.slot in (slot, q.role)), None)
-    if bare is None or had is None or had.unit != "m" or had.value <= 0.0:
-        return edit
-    return replace(edit, quantity=replace(edit.quantity, value=_likelier(bare, had), unit="m", said=""))
-
-
-def _about_named(edit: E.Edit, before: Sequence[F.SemanticFrame], things: Collection[str]) -> E.Edit:
-    """What gives up several changes as what gives up those at the one object that is named."""
-    if not isinstance(edit, E.Drop) or len(things) != 1:
-        return edit
-    gone = [frame for frame in before if not edit.on or is_called(frame, edit.on)]
-    about = [frame for frame in gone if not {*frame.named, *frame.part.places}.isdisjoint(things)]
-    (thing,) = things
-    return replace(edit, on=f"{edit.on} {thing}".strip()) if 0 < len(about) < len(gone) else edit
-
-
-def _likelier(bare: float, had: F.Quantity) -> float:
-    """A bare number in the unit that a length was said in, or in metres, whichever is nearer to that length [m]."""
-    said = had.said.rstrip(UNITS)
-    number = float(said) if is_digits(said) else had.value * (100.0 if had.value < 1.0 else 1.0)  # centimetres, if bare
-    likely = [value for value in (bare * had.value / (number or 1.0), bare) if value > 0.0]
-    return min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
-
-
-def _stated(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:
-    """The quantities of a frame by their slots, also those along directions."""
-    return [*frame.quantities.items(), *((way, q) for way, q in getattr(frame, "offset", ()) if q is not None)]
-
-
-UNITS = "abcdefghijklmnopqrstuvwxyz\"'″ "
-
-
-def _stepped(edit: E.Edit, words: Mapping[float, str]) -> E.Edit:
-    """An edit as so much less or more, if words say that of its amount."""
-    if not isinstance(edit, E.Set) or edit.step:
-        return edit
-    return replace(edit, step=_less_or_more(edit, words.get(edit.quantity.value, "")))
-
-
-END = Chunk("dot", "", (0, 0))
-"""Stands behind the last chunk."""
-
-
-def _excess(behind: Chunk, then: Chunk) -> str:
-    """The word behind an amount for what is too much, or missing; "" where there is none."""
-    word = behind.text.lower()
-    if (word == "off" and then.kind in ("dot", "comma", "and")) or word == "shorter":
-        return "much"
-    return "short" if word == "longer" else then.text.lower() if behind.kind == "too" else ""
-
-
-def _less_or_more(edit: E.Set, word: str) -> Literal[-1, 0, 1]:
-    """Whether so much less (-1) or more (1) is wanted of what is too much or missing."""
-    if word in ("high", "low"):
-        return -1 if (word == "low") == (edit.slot == "down") else 1
-    return -1 if word in TOO_MUCH else int(word in TOO_LITTLE)  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -162,7 +65,7 @@ class Retrospect:
     @property
     def whole(self) -> bool:
         """Whether it reads whole as an instruction."""
-        return bool(self.fresh.frames) and not (self.fresh.unread or self.fresh.question or self.fresh.improper)
+        return bool(self.fresh.frames) and self.fresh.confidence >= DO
 
     @property
     def places(self) -> bool:
@@ -256,15 +159,8 @@ def _of_the_wait(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
 
 def _is_risky(edits: Sequence[E.Edit], it: Retrospect) -> bool:
     """Whether the network's edits guess, or take all back where a place is named or something is to stay."""
-    flips = _some(edits, E.Flip) and bool(it.said.cued("meant")) and not it.said.cued("flip")
-    gives_up = _gives_up(edits) and (it.places or bool(it.said.cued("keep")))
-    return gives_up or flips or _guesses(edits, it.said) or _is_everywhere(edits, it.said)
-
-
-def _is_everywhere(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether edits change an amount all along where a part of it is named: "make that 0.3 for the second half"."""
-    parts = [frame.part for frame in said.before if frame.part]
-    return not parts and _only(edits, E.Set | E.Rescale) and any(p.concept in PARTS for p in said.active)
+    gives_up = _gives_up(edits) and not _some(edits, E.Also) and (it.places or bool(it.said.cued("keep")))
+    return gives_up or _guesses(edits, it.said)
 
 
 def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -300,7 +196,8 @@ def _guesses(edits: Sequence[E.Edit], said: Remark) -> bool:
     offsets = [getattr(edit.frame, "offset", ()) for edit in edits if isinstance(edit, E.Also)]
     ways = {way for offset in offsets for way, _ in offset}
     said_ways = {SENSES.get(p.concept, "") or heading(p) for p in said.active}
-    return bool(ways - said_ways) and not any(p.unknown for p in said.active)
+    known = {way for frame in said.before for way in directions_of(frame)}
+    return bool(ways - said_ways - known) and not any(p.unknown for p in said.active)
 
 
 UNSURE = 0.4
@@ -308,9 +205,6 @@ UNSURE = 0.4
 
 PLACED = frozenset("start goal first last middle before after between near".split())
 """Concepts of places on the path."""
-
-PARTS = (PLACED | {"second"}) - {"start", "goal", "near"}
-"""Concepts of parts of the path."""
 
 
 def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
@@ -333,7 +227,7 @@ def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
     To give up all is about nothing that was done, too, where an object is named that no change is about.
     """
     edits = (*it.best.edits, *heard.edits.edits)
-    if not edits or not (_only(edits, E.Rescale | E.Set) or _gives_up(edits)):
+    if not edits or not (_only(edits, E.Rescale) or _gives_up(edits)):
         return False
     if _gives_up(edits) and _names_others(it.said):
         return True
@@ -378,7 +272,7 @@ KINDS = {
 
 def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
     """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
-    mere = (_only(edits, E.Also) and not it.said.adds) or (_only(edits, E.Set) and asks_for_limit(it.said))
+    mere = (_only(edits, E.Also) and it.whole and not it.said.adds) or (_only(edits, E.Set) and asks_for_limit(it.said))
     against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said) or _drops_unnamed(edits, it.said)
     repeats = _some(edits, E.Again) and bool(it.best.edits) and not _some(it.best.edits, E.Again)  # "lower it again"
     return mere or against or repeats or _idle(edits, it.said.before)
@@ -454,8 +348,8 @@ GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
         "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
     },
     "rules": {
-        "both agree": (1.96, lambda it, heard: _agree(it, heard)),
-        "plain": (4.5, lambda it, heard: is_plain(it)),
+        "both agree": (3.0, lambda it, heard: _agree(it, heard)),
+        "plain": (1.5, lambda it, heard: is_plain(it)),
         "counts turns": (4.5, lambda it, heard: _counts_turns(it.best.edits)),
     },
     "network": {"confidence": (1.35, lambda it, heard: _odds(heard.edits.confidence))},

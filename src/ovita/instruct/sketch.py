@@ -13,7 +13,16 @@ from dataclasses import dataclass, replace
 from ovita.instruct.frames import Quantity, SemanticFrame, Span, unaimed
 from ovita.instruct.lexicon import concept_at, is_filler, terms
 from ovita.instruct.notation import show
-from ovita.instruct.numerals import FRACTIONS, NUMBER_WORDS, amount_at, and_a_half, as_said, more_first, unit_at
+from ovita.instruct.numerals import (
+    FRACTIONS,
+    NUMBER_WORDS,
+    ORDINAL_WORDS,
+    amount_at,
+    and_a_half,
+    as_said,
+    more_first,
+    unit_at,
+)
 from ovita.instruct.objects import WORD, Catalog
 from ovita.instruct.spelling import respelt
 from ovita.paths.scene import POINT, Scene
@@ -51,7 +60,7 @@ WALKING = 1.4
 PLAIN_FRACTIONS = {w + s: round(v, 2) for w, v in FRACTIONS.items() for s in ("", "s")} | {"halves": 0.5}
 ORDINALS = {
     "other": 2.0, "second": 2.0, "third": 3.0, "fourth": 4.0, "fifth": 5.0, "sixth": 6.0, "seventh": 7.0,
-    "eighth": 8.0, "ninth": 9.0, "tenth": 10.0,
+    "eighth": 8.0, "ninth": 9.0, "tenth": 10.0, **{word: float(number) for word, number in ORDINAL_WORDS.items()},
 }  # fmt: skip
 ENDINGS = ("'s", "'ll", "'d", "'re", "'ve", "'m")
 WHOLE_UNIT = frozenset("last first final full whole another".split())
@@ -66,7 +75,7 @@ JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
 TIMES = re.compile(r"(?<!\S)[xX×](\d+(?:\.\d+)?)(?!\.?\w)")
 """A factor behind its sign, "x2.5", which is as long as "2.5x"."""
 
-MULTIPLYING = frozenset("multiply multiplied multiplying divide divided dividing".split())
+MULTIPLYING = frozenset("multiply multiplied multiplying divide divided dividing scale scaled scaling".split())
 """Words with which a bare number behind a "by" is a factor."""
 
 SPELT_OUT = str.maketrans({"_": " ", "=": " ", "+": " and ", "@": " in ", ":": ","})
@@ -214,6 +223,8 @@ def _mention_at(
         return None, 1
     last = next((m.items for m in reversed(earlier) if m.items), ())
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
+    if named is not None and len(named.items) == 1 and words[i] == "both":  # "both the cup and the lamp"
+        return None, 1
     if named is not None and named.items:
         return Referent(None, tuple(item.name for item in named.items), named.unclear), named.used
     amount, used = _amount(words, i)
@@ -297,6 +308,8 @@ def _counted_by_word(words: Sequence[str], i: int) -> tuple[Referent | None, int
         return Referent(None, value=WALKING, unit="m/s", number=WALKING), walks
     if words[i] in ORDINALS and _before(words, i) == "every":
         return _weak(ORDINALS[words[i]], ""), 1
+    if words[i] in ORDINALS and words[i + 1 : i + 2] in (["waypoint"], ["wp"], ["point"]):
+        return Referent(None, value=ORDINALS[words[i]], number=ORDINALS[words[i]]), 1
     if words[i] == "half" and "again" in words[i + 1 : i + 4]:
         return _weak(1.5, "x"), words.index("again", i) + 1 - i
     for used in (1, 2):
@@ -365,4 +378,5 @@ def _range(words: Sequence[str], i: int, low: float, before: str) -> tuple[Refer
     said = _number_of(words[i + 1], 0.0)
     if high is None or high.unit not in ("m", "m/s") or said <= low:
         return None
-    return Referent(None, value=(high.value + low * high.value / said) / 2, unit=high.unit), 1 + high.used
+    most = abs(high.value)  # the "-" of "30-32 cm" is no sign
+    return Referent(None, value=(most + low * most / said) / 2, unit=high.unit), 1 + high.used

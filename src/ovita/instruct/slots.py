@@ -23,7 +23,7 @@ TRAINED = (
     "resize", "curve", "straighten", "height", "bound", "reverse", "return", "trim", "quadrant", "avoid",
     "level", "nonstop", "arrive",
 )  # fmt: skip
-"""The frames that the network was trained on, in the order of its classes; the rules alone read any other."""
+"""The frames that the network was trained on, in the order of its classes."""
 ACTIONS = ("none", "ask", "improper", *TRAINED, *(name for name in EDITS if name != "also"))
 CHOICES: dict[str, tuple[str, ...]] = {
     "pace": ("faster", "slower", "set", "cap", "floor", "constant", "rampup", "rampdown", "turns", "accelerate",
@@ -348,10 +348,14 @@ def part_of(atom: Atom) -> PathPart:
     kind, place = atom.label("part"), atom.label("place")
     if kind == "whole":
         return WHOLE
+    if kind == "between" and place in ("start", "goal") and atom.places:  # "between the cup and the goal"
+        kind, place = ("after" if place == "goal" else "before"), "object"
     places = _places_of(atom, kind, place)
     amount, until = _begun(atom, kind), atom.amounts.get("until")
-    begins, ends = kind in ("range", "from"), kind in ("range", "upto")
-    if (begins and amount is None) or (ends and until is None):
+    if kind == "range":  # of one waypoint, its number is both ends
+        amount, until = amount or until, until or amount
+    ends = kind in ("range", "upto")
+    if (kind == "from" and amount is None) or (ends and until is None):
         raise Unfit("a range without its ends")
     part = part_told(Where(kind, places, amount, until if ends else None, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
@@ -391,8 +395,18 @@ def _command(atom: Atom, previous: Previous) -> dict[str, Any]:
 
 
 def _rescaled(atom: Atom, previous: Previous) -> dict[str, Any]:
-    factor = atom.amounts["amount"].value if "amount" in atom.amounts else None
-    return {"change": atom.label("choice"), "factor": factor, "degree": atom.label("degree") or None}
+    change, amount = atom.label("choice"), atom.amounts.get("amount")
+    if change and amount is not None and amount.unit == "%":
+        return {"factor": max(1 + (amount.value if change == "more" else -amount.value), LEAST)}
+    return {
+        "change": change,
+        "factor": None if amount is None else amount.value,
+        "degree": atom.label("degree") or None,
+    }
+
+
+LEAST = 0.05
+"""What is left of a change at least where so much less of it is asked for."""
 
 
 def _set(atom: Atom, previous: Previous) -> dict[str, Any]:
@@ -401,6 +415,8 @@ def _set(atom: Atom, previous: Previous) -> dict[str, Any]:
         raise Unfit("set to what")
     slot = atom.label("direction") or choice if choice == "direction" else choice
     role: Any = slot if slot in HEADS["role"] else "by"
+    if slot in ("turns", "waves"):
+        amount = replace(amount, unit="", said="")
     return {
         "slot": slot,
         "quantity": replace(_inherited(amount, previous, slot), role=role),

@@ -1,146 +1,21 @@
-"""What the frames of one utterance say together: shifts that are one, "there" and "the rest", repeats, contradictions.
+"""What the frames of one utterance say together, and what the words around them say besides.
 
-What of an object is meant the words before it say, for the frames of both readers: "end on the box" is on its top,
-"touch the box" at its surface. These words stand in `aiming/aims.txt`.
+That is contrasts of pace, units that are said once, limits that exclude each other, and what of an object is meant:
+"end on the box" is on its top, "touch the box" at its surface. These words stand in `aiming/aims.txt`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache
-from typing import Any, Literal, TypeAlias
+from typing import TypeAlias
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import UNIT_KIND, Chunk
-from ovita.instruct.fillers import CLEAR, REST, THERE
 from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 from ovita.instruct.numerals import bare_unit, unit_at
-from ovita.paths.part import WHOLE, PathPart, outside
-
-
-def added(made: list[F.SemanticFrame], frame: F.SemanticFrame) -> list[F.SemanticFrame]:
-    """The frames with one more; two shifts of a part are one, and a distance to what is passed over is how far over."""
-    joined = _joined(made[-1], frame) if made else None
-    return [*made, frame] if joined is None else [*made[:-1], replace(joined, words=made[-1].words + frame.words)]
-
-
-def _joined(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame | None:
-    """Two frames as one, or None where they are two."""
-    match last, frame:
-        case (
-            (F.Hop() | F.Hover() | F.Visit(relation="over" | "under")) as over,
-            F.Approach(by=F.Quantity() as by) | F.Clearance(distance=by),
-        ):
-            if over.named == frame.named and not over.quantities.get("by"):
-                return replace(over, by=replace(by, role="by")) if by != CLEAR else over
-        case (F.Shift() | F.MoveEnd()) as first, (F.Shift() | F.MoveEnd()) as second:
-            open_ = {way for way, q in first.offset if q is None}
-            before, then = dict(first.offset), dict(second.offset)
-            if before and first == replace(second, offset=first.offset) and before.keys() & then.keys() <= open_:
-                return replace(first, offset=tuple((before | then).items()))
-    return None
-
-
-def of_the_end(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A shift of what was shifted just before: "raise the start by 4 cm and shift it left"."""
-    if isinstance(last, F.MoveEnd) and isinstance(frame, F.Shift) and last.offset and not (last.relation or frame.part):
-        return F.MoveEnd(end=last.end, offset=frame.offset, degree=frame.degree, words=frame.words)
-    return frame
-
-
-THEN = frozenset("then afterwards thereafter afterward next onwards".split())
-"""Words of a clause that goes on from where the one before it was."""
-
-
-def goes_on(words: Container[str]) -> bool:
-    """Whether a clause with some words goes on from where the one before it was."""
-    return any(word in words for word in THEN) or ("after" in words and "that" in words)
-
-
-def afterwards(last: F.SemanticFrame, frame: F.SemanticFrame) -> F.SemanticFrame:
-    """What comes then: after the object that the path passes or waits at, or the part of the path that is named."""
-    if not isinstance(frame, F.Pace | F.Shift):
-        return frame
-    if last.part.kind == "first":
-        return replace(frame, part=outside(last.part))
-    passed = isinstance(last, F.Wait | F.Hover | F.Hop | F.Visit | F.Side | F.Figure)
-    places = last.part.places if last.part.kind in ("before", "near", "between") else last.named if passed else ()
-    at = places[-1] if places else ""
-    if isinstance(last, F.Wait) and last.place == "middle":
-        return replace(frame, part=PathPart("range", amount=0.5, unit="share"))
-    return replace(frame, part=PathPart("after", (at,))) if isinstance(at, str) and at not in ("", *F.SPOTS) else frame
-
-
-STRETCH_AT: Mapping[str, Literal["first", "last"]] = {"start": "first", "goal": "last"}
-"""The part of the path at each of its ends."""
-
-
-def shared(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A frame with the part that opened the sentence: "points 5 to 15 higher and slower"."""
-    return frame if frame.part or not isinstance(frame, F.Pace | F.Shift) else replace(frame, part=made[-1].part)
-
-
-def placed(made: Sequence[F.SemanticFrame], frame: F.SemanticFrame) -> F.SemanticFrame:
-    """A frame whose "there" and "the rest" are what the sentence had said."""
-    if frame.part == THERE:
-        return replace(frame, part=_there(made))
-    if frame.part == REST:
-        return replace(frame, part=_rest(made, paced=isinstance(frame, F.Pace)))
-    if frame.part.kind == "both":
-        inner = tuple(p for p in frame.part.parts if p not in (THERE, REST))
-        if THERE in frame.part.parts:  # "but not near the cup, there slower"
-            inner = tuple(p.parts[0] if p.kind == "outside" else p for p in inner)
-        return replace(frame, part=inner[0] if len(inner) == 1 else replace(frame.part, parts=inner))
-    return frame
-
-
-def _there(made: Sequence[F.SemanticFrame]) -> PathPart:
-    for frame in reversed(made):
-        place = getattr(frame, "place", "")
-        if isinstance(frame, F.MoveEnd):
-            return PathPart(STRETCH_AT[frame.end])
-        if frame.part:
-            return frame.part.parts[0] if frame.part.kind == "outside" else frame.part
-        if place in STRETCH_AT:
-            return PathPart(STRETCH_AT[place], unit="share")
-        if isinstance(frame, F.Visit) and frame.relation == "between":
-            return PathPart("between", frame.objects[:2])
-        if frame.named:
-            return PathPart("near", (frame.named[0],))
-    return WHOLE
-
-
-def _rest(made: Sequence[F.SemanticFrame], paced: bool) -> PathPart:
-    """What is left over of the path; of one whose start keeps its speed, what comes after its first part."""
-    for frame in reversed(made):
-        match frame:
-            case F.Keep(what="start" | "goal" as end) if paced:
-                return outside(PathPart(STRETCH_AT[end]))
-            case F.Keep(what="start" | "goal" | "ends"):
-                return WHOLE
-            case F.Wait(place=str() as place) if place not in ("", *F.SPOTS):
-                return PathPart("after", (place,))
-        if frame.part:
-            return outside(frame.part)
-    return WHOLE
-
-
-def within(frame: F.SemanticFrame, radius: float | None) -> F.SemanticFrame:
-    """A frame near an object within the distance that the utterance says counts as near."""
-    near = radius is not None and frame.part.kind == "near" and frame.part.amount is None
-    return replace(frame, part=replace(frame.part, amount=radius)) if near else frame
-
-
-def settled(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Without frames that another one says in full; a speed that alone is to stay is to be constant."""
-    match made:
-        case [F.Keep(what="speed") as kept]:
-            return [F.Pace(change="constant", part=kept.part, words=kept.words)]  # to ask for nothing else
-        case [F.Clearance(distance=distance) as clear] if distance == CLEAR:
-            return [F.Approach(sense="farther", objects=clear.objects, words=clear.words)]
-    once = contrasted([frame for i, frame in enumerate(made) if frame not in made[:i]])
-    return [frame for frame in once if not any(_covers(other, frame) for other in once)]
+from ovita.paths.part import PathPart, outside
 
 
 def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
@@ -171,18 +46,6 @@ def at_the_ends(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
 RAMPS = (F.Pace(change="rampup"), F.Pace(change="rampdown"))
 RAMPS_APART = (replace(RAMPS[0], part=PathPart("first")), replace(RAMPS[1], part=PathPart("last")))
 """Where the speed rises and falls if both are asked for of no part."""
-
-
-def _covers(full: F.SemanticFrame, bare: F.SemanticFrame) -> bool:
-    """Whether a frame says all that another says, and more: "smooth it, a bit smoother near the end"."""
-    if type(full) is not type(bare) or (
-        full.part != bare.part and not isinstance(bare, F.Smooth | F.Figure | F.Straighten)
-    ):
-        return False
-    if isinstance(full, F.Shift) and isinstance(bare, F.Shift):
-        return full != bare and all(q is None and way in dict(full.offset) for way, q in bare.offset)
-    said: dict[str, Any] = {s.name: getattr(full, s.name) for s in fields(bare) if getattr(bare, s.name) == s.default}
-    return full != bare and full == replace(bare, **said)
 
 
 MEASURED = (F.Shift, F.MoveEnd, F.Approach, F.Clearance, F.Height, F.Extend, F.Hover, F.Hop, F.Bound, F.Visit, F.Figure)
@@ -253,51 +116,59 @@ def _refilled(frame: F.SemanticFrame, filled: Mapping[str, F.Quantity]) -> F.Sem
     return replace(frame, **own, **({"offset": offset} if offset else {}))  # type: ignore[arg-type]
 
 
-def improper(frames: Sequence[F.SemanticFrame]) -> str:
-    """What the frames contradict each other about, or ""."""
-    seen: dict[object, tuple[float, float]] = {}
-    for key, low, high in (bound for frame in frames for bound in _claims(frame)):
-        before = seen.get(key, (-INFINITE, INFINITE))
-        seen[key] = max(before[0], low), min(before[1], high)
-        if seen[key][0] > seen[key][1]:
-            return "That asks for two things that exclude each other."
-    return ""
+def excluded(frames: Sequence[F.SemanticFrame]) -> str:
+    """What is said of frames whose limits exclude each other, or ""."""
+    limits = [limit for frame in frames for limit in _limited(frame)]
+    least = [(about, q.value) for about, q in limits if q.role != "at_most"]
+    most = [(about, q.value) for about, q in limits if q.role == "at_most"]
+    crossed = any(one == other and low > high for one, low in least for other, high in most)
+    return "That asks for two things that exclude each other." if crossed else ""
 
 
-INFINITE = float("inf")
-ALONG = {
-    "up": ("z", True), "down": ("z", False), "left": ("y", True), "right": ("y", False),
-    "front": ("x", True), "back": ("x", False),
-}  # fmt: skip
-"""The axis of each direction, and whether it points along it."""
-
-
-def _claims(frame: F.SemanticFrame) -> list[tuple[object, float, float]]:
-    """What a frame is about, with the least and the greatest value that it leaves."""
+def _limited(frame: F.SemanticFrame) -> list[tuple[object, F.Quantity]]:
+    """What a frame sets limits to, and which."""
     match frame:
-        case F.Shift(offset=offset):
-            axes = [ALONG[way] for way, _ in offset if way in ALONG]
-            return [((axis, frame.part), *_side(more)) for axis, more in axes]
-        case F.Pace(change="faster" | "slower" as change, amount=None):
-            return [(("pace", frame.part), *_side(change == "faster"))]
         case F.Pace(change="cap" | "floor", amount=F.Quantity() as q):
-            return [(("duration" if q.unit == "s" else "speed", frame.part), *_limits(q))]
-        case F.Approach(sense=sense, objects=objects):
-            return [(("near", name), *_side(sense == "closer")) for name in objects]
+            return [(("duration" if q.unit == "s" else "speed", frame.part), q)]
         case F.Clearance(objects=objects, distance=q):
-            return [(("clearance", name), *_limits(q)) for name in objects]
-        case F.Height(level=q, of=of):
-            return [(("height", of, frame.part), *_limits(q))]
+            return [(("clearance", name), q) for name in objects if q.role in ("at_least", "at_most")]
+        case F.Height(level=F.Quantity(role="at_least" | "at_most") as q, of=of):
+            return [(("height", of, frame.part), q)]
     return []
 
 
-def _side(more: bool) -> tuple[float, float]:
-    """The values of a change to more, or to less."""
-    return (1.0, INFINITE) if more else (-INFINITE, -1.0)
+LIMITING = frozenset(
+    """never not no don't dont can't cannot mustn't max maximum most limit limited always throughout whole entire along
+    any everywhere keep stay remain kept staying keeping farther further exceed hug""".split()
+)
+"""Words with which a greatest distance is one that holds all along: "stay within 30 cm", not "come within 30 cm"."""
+
+NEGATIONS = frozenset("never not no don't dont can't cannot mustn't".split())
+"""Those of them that may deny something else."""
+
+COMPARED_TO = frozenset("than more further farther beyond exceed".split())
+"""Words with which a negation is about the distance: "not more than 30 cm away"."""
+
+TOUCHES = frozenset("touch touching hit hitting bump bumping knock knocking brush scratch".split())
+"""Words for what a negation may deny beside a distance: "come within 10 cm, but don't touch it"."""
+
+ALWAYS = frozenset(
+    "never not don't always throughout whole entire everywhere stay stays staying remain remaining".split()
+)
+"""Words with which all of a path stays on one side of an object."""
 
 
-def _limits(q: F.Quantity) -> tuple[float, float]:
-    return (-INFINITE if q.role == "at_most" else q.value), (INFINITE if q.role == "at_least" else q.value)
+def held_along(frame: F.SemanticFrame, words: Collection[str]) -> F.SemanticFrame:
+    """A greatest distance, or a side to stay on, as one that holds all along, where the words around it say so."""
+    if isinstance(frame, F.Side) and {frame.direction, F.OPPOSITES.get(frame.direction)} <= {*words}:
+        return frame  # "on the left, not on the right"
+    if isinstance(frame, F.Side) and (not ALWAYS.isdisjoint(words) or ("keep" in words and "on" not in words)):
+        return replace(frame, along=True)
+    only_touch = not TOUCHES.isdisjoint(words) and COMPARED_TO.isdisjoint(words)
+    limiting = LIMITING - (NEGATIONS if only_touch else frozenset())
+    if isinstance(frame, F.Clearance) and frame.distance.role == "at_most" and not limiting.isdisjoint(words):
+        return replace(frame, along=True)
+    return frame
 
 
 _PASSED = DETERMINERS | {"and", ",", "or", "both"}

@@ -1,4 +1,4 @@
-"""Clauses beside the way, read as a whole by the readers of instructions: "From A to B. Dawdle by the bowl, though"."""
+"""Clauses beside the way, read as a whole by the reader of instructions: "From A to B. Dawdle by the bowl, though"."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ LIKELY = 0.6
 
 
 def read_apart(text: Text, phrases: Sequence[WayPhrase]) -> list[WayPhrase]:
-    """The phrases of a sentence, with each clause that the readers of instructions are sure of as one phrase.
+    """The phrases of a sentence, with each clause that the reader of instructions is sure of as one phrase.
 
     Only clauses without which a start and a goal are told still; what only goes by something is planned.
     """
@@ -94,7 +94,7 @@ def _as_a_wish(text: Text, pieces: range, inside: Sequence[WayPhrase]) -> WayPhr
     said = [k for k in pieces if text.words[k][0].isalnum()]
     told = [place for phrase in inside for place, _ in places_among(text, phrase.pieces)]
     if len(said) < 2 or any(place.seen for place in told):
-        return None  # "on my left" is seen from the way, which the readers of instructions do not know
+        return None  # "on my left" is seen from the way, which the reader of instructions does not know
     whole = part_of(text, inside[0], range(said[0], said[-1] + 1))
     wish = read_wish(bare(whole.said), text.scene)
     frames = wish.frames

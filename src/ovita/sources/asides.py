@@ -89,7 +89,7 @@ def _wanted(way: WayTold, phrase: WayPhrase, *, strange: bool) -> bool:
 
 
 def asks_surely(way: WayTold, phrase: WayPhrase) -> bool:
-    """Whether the readers of instructions are sure of what words that were taken for no wish ask for."""
+    """Whether the reader of instructions is sure of what words that were taken for no wish ask for."""
     heard = wishes_of(bare(way.resolved(phrase)), way.text.scene)
     frames = [frame for wish in heard for frame in wish.frames]
     ending = (StopAt,) if phrase.role == "goal" else ()  # "stopping short of it by 20 cm"

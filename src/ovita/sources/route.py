@@ -2,7 +2,7 @@
 
 "From the box to the plate over the bottle, slowly, then a small spiral" has a start, a goal and a via point, and
 "slowly" and "a small spiral" are wishes that adapt the planned path. Which words tell what is found by a small network
-(see `tagging`), which place they mean by the reader of places, and the wishes are read by the readers of instructions.
+(see `tagging`), which place they mean by the reader of places, and the wishes are read by the reader of instructions.
 """
 
 from __future__ import annotations

@@ -26,8 +26,7 @@ from ovita.instruct.frames import (
 )
 from ovita.instruct.lexicon import term_at
 from ovita.instruct.meaning import same
-from ovita.instruct.numerals import amount_at
-from ovita.instruct.referee import AGAINST_WHOLE, DO, Outcome, Understanding
+from ovita.instruct.referee import Outcome
 from ovita.instruct.understanding import understand
 from ovita.paths.part import WHOLE, PathPart
 from ovita.paths.scene import Scene
@@ -181,13 +180,10 @@ def read_wish(said: str, scene: Scene) -> Wish:
     verdict = replace(verdict, unused=tuple(word for word in verdict.unused if not _told(word, verdict.reading)))
     open_words = [word for word in verdict.unused if not _paced(word, verdict.reading)]
     upright = all(isinstance(frame, Figure | Smooth | Clearance | Pace) for frame in verdict.reading.frames)
-    enough = {"both": DO, "rules": PLAIN, "learned": LEARNED if upright else HEARD}[verdict.by]
-    enough = AGAINST_WHOLE if verdict.by == "learned" and verdict.whole else enough
-    plain = verdict.by == "both" or not open_words
-    doubts = () if _moderate(said, verdict) or _kept_off(said, verdict) else verdict.doubts
-    sure = (verdict.confidence >= enough and plain and not doubts) or _same_speed(verdict)
+    enough = LEARNED if upright else HEARD
+    sure = verdict.confidence >= enough and not open_words and not verdict.doubts
     outcome: Outcome = "do" if sure and verdict.outcome == "needs_confirmation" else verdict.outcome
-    return _at_an_end(_with_pace(_rising(Wish(said, outcome, verdict.reading, verdict.unused, doubts))))
+    return _at_an_end(_with_pace(_rising(Wish(said, outcome, verdict.reading, verdict.unused, verdict.doubts))))
 
 
 def _rising(wish: Wish) -> Wish:
@@ -262,45 +258,11 @@ MANNER = 3
 """Words that tell how an end of the way is left or come to: "nice and slowly"."""
 
 
-def _moderate(said: str, verdict: Understanding) -> bool:
-    """Whether what is read as slower is told as none too fast, which does not speak against it."""
-    words = said.lower().split()
-    much = any(term_at(words, k)[0] == "never" and words[k + 1 : k + 2] in MUCH for k in range(len(words)))
-    (frame, *more) = verdict.reading.frames or (None,)
-    return much and not more and isinstance(frame, Pace) and frame.change == "slower"
+LEARNED = 0.4
+"""How likely a phrase has to be meant to be done without asking, of a kind that cannot be taken the wrong way round, as
+a bound can."""
 
-
-def _kept_off(said: str, verdict: Understanding) -> bool:
-    """Whether a nearness is denied that is read as a distance to keep: "not too near the crossing"."""
-    words = said.lower().replace(",", " ").split()
-    kinds = {term_at(part, 0)[0] for k in range(len(words)) for part in (words[k : k + 1], words[k:])}
-    near = "never" in kinds and bool({"closer", "near"} & kinds)
-    if any(amount_at(words, k) is not None for k in range(len(words))):  # "not close to the pillar, half a metre"
-        kept = (isinstance(f, Clearance) and f.distance.role == "at_least" for f in verdict.reading.frames)
-    else:
-        kept = (isinstance(f, Approach) and f.sense == "farther" for f in verdict.reading.frames)
-    return near and bool(verdict.reading.frames) and all(kept)
-
-
-MUCH = (["too"], ["so"], ["very"], ["overly"])
-"""What stands between a "not" and a speed that is only to be none too high."""
-
-
-def _same_speed(verdict: Understanding) -> bool:
-    """Whether a highest speed that the network reads is the speed that the rules read: "at 5 cm per second max"."""
-    told = [frame for reading in (verdict.reading, verdict.rules) if reading for frame in reading.frames]
-    amounts = {f.amount.value for f in told if isinstance(f, Pace) and f.change in ("cap", "set") and f.amount}
-    capped = isinstance(told[0], Pace) and told[0].change == "cap" if len(told) == 2 else False
-    return capped and len(amounts) == 1 and not (verdict.unused or verdict.doubts)
-
-
-PLAIN = 0.55
-"""How likely a phrase of which the rules read every word has to be meant to be done without asking."""
-
-LEARNED = 0.65
-"""The same of one that only the network reads, of a kind that cannot be taken the wrong way round, as a bound can."""
-
-HEARD = 0.72
+HEARD = 0.49
 """The same of any other kind; of nine sentences of strangers to the network that were as likely, it read nine right."""
 
 

@@ -2,7 +2,7 @@
 
     writer 1 -> policy -> run -> judge -> repair ... -> writer 2 -> ... -> the best of what there is
 
-The built-in writer needs no key and no network: two readers and a referee (`instruct.understanding`), and policies from
+The built-in writer needs no key and no network: a reader and a referee (`instruct.understanding`), and policies from
 the frames.
 """
 
@@ -23,7 +23,7 @@ from ovita.policy import Policy
 from ovita.policy.sandbox import Isolation as Isolation
 from ovita.policy.sandbox import Rollout, run
 from ovita.request import Request
-from ovita.text import listed, quoted
+from ovita.text import listed, quoted, sentence
 from ovita.toolkit import Outcome, judge
 from ovita.writers.base import (
     Attempt,
@@ -188,10 +188,10 @@ def _in(number: str, used: set[float]) -> bool:
 
 @dataclass(frozen=True)
 class BuiltinWriter:
-    """Writes policies for what its readers understand, and says which words they could not place.
+    """Writes policies for what its reader understands, and says which words it could not place.
 
-    The referee (`instruct.referee`) decides over what the rules and the learned reader make of an instruction: done at
-    once, shown for a yes, asked back, or declined.
+    The referee (`instruct.referee`) decides over what the learned reader makes of an instruction: done at once, shown
+    for a yes, asked back, or declined.
 
     Args:
         refused: The frames of readings that a person did not mean; then another one is shown for a yes.
@@ -222,7 +222,7 @@ def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, 
     if refused:
         verdict = otherwise(request.instruction, request.scene, request.trajectory, refused)
     else:
-        verdict = understand(request.instruction, request.scene, request.trajectory, quick=True)
+        verdict = understand(request.instruction, request.scene, request.trajectory)
     if request.selection:
         marked = replace(verdict.reading, frames=with_selection(verdict.reading.frames, request.selection))
         verdict = replace(verdict, reading=marked)
@@ -233,8 +233,7 @@ def _decided(request: Request, effort: int, refused: tuple[tuple[SemanticFrame, 
     against = bool(verdict.reading.improper)  # what contradicts itself may be asked about
     reply = _of(verdict.reading, request, effort) if verdict.outcome != "decline" or against else None
     if reply is None or (against and not reply.question):
-        why = verdict.reading.improper if verdict.by == "learned" else ""
-        return _declined(verdict.unused or (request.instruction,), why)
+        return _declined(verdict.unused or (request.instruction,), verdict.reading.improper)
     if reply.kind != "policy":
         return reply
     if verdict.outcome == "do":
@@ -273,8 +272,8 @@ def _asked(reading: Reading, unused: tuple[str, ...], request: Request) -> Reply
     strange = [word for word in unused if not {*word.lower().split()} & {*named}]
     if 0 < len(strange) <= FEW and question:
         known = f"the scene holds {listed(map(repr, request.scene.names)) or 'no objects'}"
-        question = f"I do not know {quoted(strange)}; {known}. {question}"
-    return Reply("question", question=question, unplaced=reading.unread, writer=WriterInfo("builtin"))
+        question = f"I do not know {quoted(strange)}; {known}. {sentence(question)}"
+    return Reply("question", question=sentence(question), unplaced=reading.unread, writer=WriterInfo("builtin"))
 
 
 FEW = 3
