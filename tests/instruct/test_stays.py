@@ -1,11 +1,13 @@
 """Stops, starts and goals at one thing stay where a change is about another one, or about a part of the path."""
 
+from importlib.resources import files
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from ovita import Scene, SceneObject, Session, Trajectory, accept, adapt
+from ovita.io import load_task
 from ovita.paths.geometry import runs
 
 PLATE = SceneObject("plate", np.array([0.5, 0.0, 0.0]), [0.2, 0.2, 0.05])
@@ -308,3 +310,12 @@ def test_an_end_by_a_door_is_on_the_side_of_the_path():
     drive = way((0, -2, 0), (3, -2, 0), (3, 2, 0), (0, 2, 0), spacing=0.2)
     end = adapt(drive, "end by the door", scene=Scene((door,)), writer="builtin").adapted.positions[-1]
     assert end[0] < 3.95
+
+
+@pytest.mark.parametrize(("said", "at"), [("pause 1.5 s over the scale", -1), ("wait 2 s above the tray", 0)])
+def test_a_wait_over_what_an_end_is_over_is_at_that_end(said, at):
+    task = load_task(str(files("ovita") / "data" / "arm-bench.json"))
+    result = adapt(task.trajectory, said, scene=task.scene, writer="builtin")
+    result = accept(result) if result.proposal is not None else result
+    assert result.status == "done" and not result.warnings
+    assert np.allclose(stands(result.adapted)[0], task.trajectory.positions[at])

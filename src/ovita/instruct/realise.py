@@ -187,8 +187,10 @@ def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
     level = path - rise[:, None] * up
     aside = np.linalg.norm(level - item.position, axis=1)
     over = (item.cuboid.signed(level)[0] <= 0.0) & (rise > float(np.abs(up @ item.rotation) @ item.size) / 2.0)
+    if item.dimensions is None or over[int(item.distance(path).argmin())]:
+        return None
     over[[0, -1]] = False
-    if item.dimensions is None or not over.any() or over[int(item.distance(path).argmin())]:
+    if not over.any():
         return None
     return int(np.where(over, aside, np.inf).argmin())
 
