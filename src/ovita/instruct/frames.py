@@ -501,13 +501,6 @@ def _selected(part: PathPart, selection: PathPart) -> PathPart:
     return replace(part, parts=tuple(_selected(inner, selection) for inner in part.parts))
 
 
-def says_where(frame: SemanticFrame) -> bool:
-    """Whether a frame says where, or is of the whole path: "get there in 12 seconds"."""
-    lasts = any(q.unit == "s" for q in frame.quantities.values())
-    local = isinstance(frame, Pace | Shift | Height | Smooth | Approach)
-    return lasts or bool(frame.named or frame.part or not local)
-
-
 def frame_objects(frame: SemanticFrame) -> list[str]:
     """The objects that a frame or its part of the path is about."""
     parts = (frame.part, *frame.part.parts, *(inner for part in frame.part.parts for inner in part.parts))
