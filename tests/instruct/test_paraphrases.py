@@ -86,12 +86,12 @@ def test_doing_nothing_fails(wanted):
 
 
 def test_hardly_a_sentence_is_silently_misread():
-    """None of these sentences was in the corpus; 11 of them are misread."""
+    """None of these sentences was in the corpus; 8 of them are misread."""
     wrong = [s for wanted, sentences in GROUPS.items() for s in sentences if verdict(s, wanted)[0] == "wrong"]
-    assert len(wrong) <= 12, wrong
+    assert len(wrong) <= 9, wrong
 
 
 def test_nearly_all_sentences_are_understood():
     verdicts = [verdict(sentence, wanted)[0] for wanted, sentences in GROUPS.items() for sentence in sentences]
     assert len(verdicts) > 550
-    assert verdicts.count("right") >= 0.91 * len(verdicts)
+    assert verdicts.count("right") >= 0.92 * len(verdicts)

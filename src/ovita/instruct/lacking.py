@@ -271,9 +271,12 @@ def _without_the(seen: Sketch) -> list[tuple[Fragment, Fragment]]:
 
 def _on_your_side(text: str) -> str:
     """The side on which a thing is to lie, seen from the robot: "with the cup on your left", "leave it to port"."""
-    if LEAVING.isdisjoint(text.split()):
+    words = text.split()
+    if LEAVING.isdisjoint(words):
         return ""
-    return next((side for side, phrases in SIDES.items() if any(phrase in text for phrase in phrases)), "")
+    left = {"leave", "leaving"} & {*words}
+    lain = (side for side in SIDES if left and f"on the {side}" in text and f"{side} of" not in text)
+    return next((side for side, phrases in SIDES.items() if _says(text, phrases)), next(lain, ""))
 
 
 def _kept_off(seen: Sketch) -> str:
