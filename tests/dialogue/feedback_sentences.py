@@ -133,6 +133,7 @@ ROWS = [
     (["go left by 0.2", "make it 0.4"], "undo that", {"left": 0.2}),
     (BOTH, "undo the speed", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "without the slowing down", {"left": 0.2, "at_cup": 1.0}),
+    (BOTH, "keep the shift but not the slowing", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "keep the speed as it was", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "leave the speed alone", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "don't slow down", {"left": 0.2, "at_cup": 1.0}),

@@ -42,7 +42,7 @@ def _marked(text: str) -> str:
 EARLY = 4
 """Words of an utterance among which "this part" is no part that was named before it."""
 
-STRETCHES = frozenset("part bit section stretch segment piece leg".split())
+STRETCHES = frozenset("part bit section stretch segment".split())
 
 
 def heard_apart(

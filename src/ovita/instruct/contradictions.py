@@ -359,7 +359,7 @@ def _unsaid(it: Facts) -> str:
 
 LEAVING_OUT = frozenset(
     """but besides apart other than outside else elsewhere otherwise rest excluding save bar barring beyond away without
-    not don't never unless remaining remainder leave keep leaving keeping untouched only just elsewhere unchanged alone
+    not don't never unless remaining remainder leave keep leaving keeping untouched only just unchanged alone
     out exempt spare sparing skip skipping stays remains until till before after from then same normal again""".split()
 )
 """Words by which a part of the path may be left out."""

@@ -103,14 +103,33 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     Raises:
         Unfit: If a height is neither said nor that of one thing.
     """
-    text = " ".join(piece.text.lower() for piece in seen.pieces if piece.text.replace("'", "").isalpha())
     found: list[Any] = []
     for item in items:
+        pieces = seen.pieces if len(items) == 1 else _about(item, seen)
+        text = " ".join(piece.text.lower() for piece in pieces if piece.text.replace("'", "").isalpha())
         told, mention = _completed(_untouched(item, items, text), text, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
         found.append(told)
     return tuple(found), used
 
+
+def _about(item: Any, seen: Sketch) -> Sequence[Fragment]:
+    """The clauses that name what an item is about; of one that is about no thing, all of them."""
+    named = {*item.named} if isinstance(item, SemanticFrame) else set()
+    clauses: list[list[Fragment]] = [[]]
+    for piece in seen.pieces:
+        clauses += [[]] if piece.text.lower() in PAUSES else []
+        clauses[-1].append(piece)
+    own = [
+        clause
+        for clause in clauses
+        if any(p.mention >= 0 and not named.isdisjoint(seen.mentions[p.mention].items) for p in clause)
+    ]
+    return [piece for clause in own for piece in clause] or seen.pieces
+
+
+PAUSES = frozenset(", ; . : and but then".split())
+"""Words and signs between which clauses stand."""
 
 NOWHERE = -1
 """Stands for no mention."""
@@ -156,7 +175,7 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
         case Approach() | Clearance() if changed := _gap_changed(text):
             return _with_gap(item, changed), NOWHERE
         case Pace():
-            return _paced(item, words, seen), NOWHERE
+            return _paced(item, text, seen), NOWHERE
         case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Figure():
@@ -166,22 +185,29 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
     return item, NOWHERE
 
 
-def _paced(pace: Pace, words: frozenset[str], seen: Sketch) -> Pace:
+def _paced(pace: Pace, text: str, seen: Sketch) -> Pace:
     """A pace as words say it: down to a stop, times so much, in a share of the time."""
     match pace:
         case Pace(change="slower", amount=Quantity(value=0.0)) if not pace.part:
             return replace(pace, change="rampdown", amount=None)
-        case Pace(change="faster" | "slower", amount=Quantity(unit="x") as by) if not MULTIPLIED.isdisjoint(words):
+        case Pace(change="faster" | "slower", amount=Quantity(unit="x") as by) if _multiplies(text):
             return replace(pace, change="set", amount=replace(by, role="to"))
-        case Pace(change="set", amount=Quantity(unit="m/s") as by) if not CAPPED.isdisjoint(words):
+        case Pace(change="set", amount=Quantity(unit="m/s") as by) if _says(text, CAPS):
             return replace(pace, change="cap", amount=replace(by, role="at_most"))
         case Pace(amount=Quantity(unit="%")):
             return _in_words_of_time(pace, seen)
     return pace
 
 
-CAPPED = frozenset("top max maximum highest peak".split())
-"""Words before a speed that is a greatest one."""
+CAPS = tuple(f"{most} {speed}" for most in ("top", "max", "maximum", "peak") for speed in ("speed", "velocity", "pace"))
+"""Phrases for a greatest speed."""
+
+
+def _multiplies(text: str) -> bool:
+    """Whether a factor is one of what there is, and no word says which way: "scale the speed by 1.5"."""
+    words = text.split()
+    ways = {concept_at((word,), 0)[0] for word in words} & {"faster", "slower"}
+    return not ways and not MULTIPLIED.isdisjoint(words)
 
 
 def _drawn(figure: Figure, text: str) -> Figure:
@@ -272,18 +298,26 @@ def _without_the(seen: Sketch) -> list[tuple[Fragment, Fragment]]:
 def _on_your_side(text: str) -> str:
     """The side on which a thing is to lie, seen from the robot: "with the cup on your left", "leave it to port"."""
     words = text.split()
-    if LEAVING.isdisjoint(words):
-        return ""
-    left = {"leave", "leaving"} & {*words}
-    lain = (side for side in SIDES if left and f"on the {side}" in text and f"{side} of" not in text)
-    return next((side for side, phrases in SIDES.items() if _says(text, phrases)), next(lain, ""))
+    left = next((i for i, word in enumerate(words) if word in ("leave", "leaving")), len(words))
+    behind = " ".join(words[left : left + NEAR])
+    for side, port in (("left", "port"), ("right", "starboard")):
+        own = _says(text, (f"on your {side}", f"on my {side}", f"on our {side}")) and not LAID.isdisjoint(words)
+        lain = _says(behind, (f"on the {side}", f"on its {side}", f"to {port}"))
+        if own or (lain and not _says(text, (f"{side} of", f"{port} of"))):
+            return side
+    return ""
+
+
+NEAR = 6
+"""Words from "leave" on among which a side is where the thing is left."""
 
 
 def _kept_off(seen: Sketch) -> str:
     """The side of a thing that is denied: "never go to the left of the vase"; "" where none is."""
     words = [piece.text.lower() for piece in seen.pieces if piece.text.lower() != "side"]
     for i, (word, behind) in enumerate(pairwise(words)):
-        if word in ("left", "right") and behind == "of" and not DENYING.isdisjoint(words[max(i - 5, 0) : i]):
+        clause = max((k + 1 for k in range(i) if words[k] in PAUSES), default=0)
+        if word in ("left", "right") and behind == "of" and not DENYING.isdisjoint(words[max(i - 5, clause) : i]):
             return word
     return ""
 
@@ -291,8 +325,9 @@ def _kept_off(seen: Sketch) -> str:
 def _end_told(seen: Sketch) -> Literal["", "start", "goal"]:
     """The end that a height is told of: "the goal should be at a height of 0.5 m"; "" where none is."""
     words = ["", *(piece.text.lower() for piece in seen.pieces if piece.text.lower() not in DETERMINERS)]
-    number = next((i for i, piece in enumerate(words) if piece.startswith("<")), len(words))
-    for before, word in pairwise(words[:number]):
+    number = next((i for i, word in enumerate(words) if word.startswith("<")), len(words))
+    clause = next((i for i in range(number - 1, 0, -1) if words[i] in PAUSES), 0)
+    for before, word in pairwise(("", *words[clause + 1 : number])):
         if word in ("goal", "start", "end", "finish", "destination") and before in ("", *PUTTING):
             return "start" if word == "start" else "goal"
     return ""
@@ -312,11 +347,8 @@ def _says(text: str, phrases: Sequence[str]) -> bool:
     return any(phrase in text for phrase in phrases)
 
 
-LEAVING = frozenset("leave leaving keep keeping with have having remain remains stay stays".split())
-SIDES = {
-    side: (*(f"on {whose} {side}" for whose in ("your", "its", "my", "our", "the robot's")), f"to {port}")
-    for side, port in (("left", "port"), ("right", "starboard"))
-}
+LAID = frozenset("leave leaving keep keeping with have having remain remains stay stays".split())
+"""Words with which a thing lies on somebody's side."""
 
 
 def _gap_changed(text: str) -> str:

@@ -190,8 +190,9 @@ def pieces_of(
     found: list[Phrase] = []
     i = clause = 0
     while i < len(words):
+        clause += words[i] in ("but", "although", "though")
         piece, used = _piece(words, i, catalog, earlier, clause)
-        clause += piece.text in (".", ",", ";", ":", "!", "?", "but", "although", "though")
+        clause += piece.text in (".", ",", ";", ":", "!", "?")
         found.append(piece)
         i += used
     return tuple(found)

@@ -56,17 +56,12 @@ def left_over(words: Sequence[str], edits: Sequence[E.Edit], chunks: Sequence[Ch
         chunks: The utterance in chunks.
         said: The utterance against the frames before it.
     """
-    held = [q.value for frame in said.before for q in (*frame.quantities.values(), *_offsets(frame))]
+    held = [q.value for frame in said.before for _, q in _stated(frame)]
     held += [edit.quantity.value for edit in edits if isinstance(edit, E.Set)]
     known = {piece.text for piece in said.pieces if said.meant([piece])} | {n for f in said.before for n in f.named}
     stale = [i for value in held for i in _where(chunks, value)]
     old = {word for i in stale for word in chunks[i].text.lower().split()}
     return tuple(word for word in words if word not in known and not {*word.lower().split()} & old)
-
-
-def _offsets(frame: F.SemanticFrame) -> list[F.Quantity]:
-    """How far a frame goes along directions."""
-    return [q for _, q in getattr(frame, "offset", ()) if q is not None]
 
 
 def _of_amounts(
