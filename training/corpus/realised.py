@@ -58,6 +58,8 @@ def setting(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[
     lengths += [p.amount or 0.0 for p in parts if p.kind == "near" and p.amount] + [
         p.amount or 0.0 for p in parts if p.kind in ("first", "last") and p.unit == "m"
     ]
+    short = [f.by.value for f in frames if isinstance(f, F.StopAt | F.Wait) and f.by is not None and f.by.unit == "m"]
+    lengths += [(len(objects) + 1) / 5.0 * metres for metres in short]  # the first object has that much path before it
     size = max(6.0 * max(lengths, default=0.0), 0.0) or 2.0
     levels = [q.value for f, _, q in quantities if isinstance(f, F.Height) and q.unit == "m"]
     levels += [abs(p.amount or 0.0) for p in parts if p.kind == "beyond" and p.direction in ("up", "down")]

@@ -9,6 +9,7 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import direction_word
+from ovita.instruct.stretches import left_out
 from ovita.paths.geometry import extent
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import OPPOSITE, Scene
@@ -67,7 +68,8 @@ class Asked:
         if isinstance(frame, F.Pace) and frame.part.kind == "last" and stops:
             end = stops_at(self, stops[0]) / (len(self.trajectory) - 1)
             return PathPart("range", amount=0.75 * end, until=end, unit="share")
-        return self.part(shared(frame.part, *(outside(part) for part in kept if part != frame.part)))
+        others = left_out(frame.part, self.frames, self.trajectory, self.scene)
+        return self.part(shared(frame.part, *(outside(part) for part in (*kept, *others) if part != frame.part)))
 
     def part(self, part: PathPart | None) -> PathPart | None:
         """A part with what it leaves open filled in; None for the whole path."""

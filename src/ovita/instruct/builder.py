@@ -15,6 +15,7 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
+from ovita.instruct.stretches import left_out
 from ovita.limits.problem import from_object, kind_of
 from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
@@ -551,7 +552,9 @@ def _range(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
 def _along(builder: PolicyBuilder, part: PathPart, traj: str) -> str:
     at = [_place(builder, place) for place in part.places]
     span = {"after": [*at, "1.0"], "before": ["0.0", *at]}.get(part.kind, at)
-    return f"between({traj}, {', '.join(span)})"
+    code = f"between({traj}, {', '.join(span)})"
+    others = left_out(part, builder.frames, builder.trajectory, builder.scene)
+    return " & ~".join([code, *(_CODE[other.kind](builder, other, traj) for other in others)])
 
 
 def _place(builder: PolicyBuilder, place: Any) -> str:

@@ -18,6 +18,7 @@ from ovita.instruct.frames import held_by
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
+from ovita.instruct.whereabouts import EXCEPT, OTHER_THAN
 from ovita.paths.part import PathPart
 from ovita.paths.scene import DIRECTIONS
 
@@ -74,7 +75,7 @@ def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
     names = {"one", *(getattr(frame, "shape", "") for frame in it.frames)}
     held = set[float]().union(*map(held_by, it.frames))
-    units = {"Qn": (1.0, CENTI, *filter(None, map(unit_of, it.said)))}
+    units = {"Qn": (1.0, CENTI, *(f for kind in ("Qm", "Qs") for c in it.said if (f := unit_of(c, kind))))}
     ends = _range_ends(it.said, held)
     for k, chunk in enumerate(it.said):
         if chunk.q is None or chunk.text.lower() in names or chunk in ends:
@@ -114,13 +115,19 @@ def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
     return found
 
 
+SPARED = (*sorted(EXCEPT), *(" ".join(words) for words in OTHER_THAN))
+"""Words before an object that is not meant."""
+
+
 def _object_left(it: Facts) -> str:
     """An object that no frame is about."""
     named = {name for frame in it.frames for name in frame.named}
-    reason = next((i for i, chunk in enumerate(it.said) if chunk.kind == "because"), len(it.said))
-    for i, chunk in enumerate(it.said):
+    reason = next((i for i, chunk in enumerate(it.row) if chunk.kind == "because"), len(it.row))
+    for i, chunk in enumerate(it.row):
         meant = i < reason or any(name.lower() in chunk.text.lower() for name in chunk.names)
-        if chunk.kind == "OBJ" and meant and not named.intersection(chunk.names):
+        before = " ".join(one.text.lower() for one in it.row[max(i - 2, 0) : i])
+        spared = before.endswith(SPARED) and any(map(_of_several, it.frames))
+        if chunk.kind == "OBJ" and meant and not spared and not named.intersection(chunk.names):
             return f"{chunk.text!r} has no part in it."
     return ""
 
@@ -334,7 +341,12 @@ def _exception_left(it: Facts) -> str:
 
 def _spares(frame: F.SemanticFrame) -> bool:
     """Whether a frame leaves something as it is."""
-    return isinstance(frame, F.Keep | F.Avoid | F.NoStop) or _leaves_out(frame.part)
+    return isinstance(frame, F.Keep | F.Avoid | F.NoStop) or _leaves_out(frame.part) or _of_several(frame)
+
+
+def _of_several(frame: F.SemanticFrame) -> bool:
+    """Whether a frame is about distances to several objects, as to all but one."""
+    return isinstance(frame, F.Approach | F.Clearance) and len(frame.objects) > 1
 
 
 SPARING = frozenset("apart except excepting excluding exception aside".split())

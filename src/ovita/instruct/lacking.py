@@ -18,6 +18,7 @@ from ovita.instruct.frames import (
     MoveEnd,
     Pace,
     Quantity,
+    Resample,
     SemanticFrame,
     Shift,
     Side,
@@ -29,6 +30,7 @@ from ovita.instruct.frames import (
 from ovita.instruct.lexicon import concept_at
 from ovita.instruct.sketch import DETERMINERS, Fragment, Sketch
 from ovita.instruct.slots import Atom, Unfit
+from ovita.instruct.whereabouts import placed
 from ovita.paths.part import WHOLE
 
 NONE = Quantity(0.0, "m")
@@ -109,7 +111,7 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
         text = " ".join(piece.text.lower() for piece in pieces if piece.text.replace("'", "").isalpha())
         told, mention = _completed(_untouched(item, items, text), text, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
-        found.append(told)
+        found.append(placed(told, pieces, seen))
     return tuple(found), used
 
 
@@ -170,8 +172,10 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return _than_a_thing(item, left, seen)
         case Shift() | MoveEnd():
             return _put(item, text, seen), NOWHERE
-        case Side(direction="left" | "right") if beside := _on_your_side(text) or _kept_off(seen):
-            return replace(item, direction=OPPOSITES[beside]), NOWHERE
+        case Side(direction="left" | "right" | "front" | "back") if beside := _on_your_side(text) or _kept_off(seen):
+            return replace(item, direction=OPPOSITES[beside], along=False), NOWHERE
+        case Approach(sense="farther", by=Quantity(unit="x", value=times)) if times < 1.0:
+            return replace(item, sense="closer"), NOWHERE
         case Approach() | Clearance() if changed := _gap_changed(text):
             return _with_gap(item, changed), NOWHERE
         case Pace():
@@ -180,27 +184,59 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Figure():
             return _drawn(item, text), NOWHERE
+        case Resample(amount=Quantity()):
+            return _counted(item, words), NOWHERE
         case Visit(relation="over" | "under", by=None) if not SKIMMING.isdisjoint(words):
             return replace(item, degree="slight"), NOWHERE
     return item, NOWHERE
 
 
+def _counted(item: Resample, words: frozenset[str]) -> Resample:
+    """A number of waypoints as a count where no word adds or takes away, and a factor as a share where one takes."""
+    match item:
+        case Resample(change="by", amount=Quantity(unit="waypoints") as n) if MADE_OF & words and not CHANGING & words:
+            return replace(item, change="to", amount=replace(n, unit="", role="to"))
+        case Resample(change="by", amount=Quantity(unit="x") as n) if n.value > 1 and THINNING & words:
+            return replace(item, amount=replace(n, value=1.0 / n.value, said=""))
+    return item
+
+
+MADE_OF = frozenset("by with using as".split())
+"""Words before a number of waypoints that the path is to have: "represent the route by 80 waypoints"."""
+
+THINNING = frozenset("thin thinned reduce fewer less halve decimate coarser sparser downsample lower cut".split())
+CHANGING = THINNING | {*"add more extra additional another insert increase plus drop remove minus delete".split()}
+"""Words with which waypoints are taken away, or change by a number."""
+
+
 def _paced(pace: Pace, text: str, seen: Sketch) -> Pace:
-    """A pace as words say it: down to a stop, times so much, in a share of the time."""
+    """A pace as words say it: down to a stop, times so much, in a share of the time, a floor."""
     match pace:
         case Pace(change="slower", amount=Quantity(value=0.0)) if not pace.part:
             return replace(pace, change="rampdown", amount=None)
         case Pace(change="faster" | "slower", amount=Quantity(unit="x") as by) if _multiplies(text):
             return replace(pace, change="set", amount=replace(by, role="to"))
-        case Pace(change="set", amount=Quantity(unit="m/s") as by) if _says(text, CAPS):
-            return replace(pace, change="cap", amount=replace(by, role="at_most"))
+        case Pace(change="set" | "cap", amount=Quantity(unit="m/s") as by) if bound := _bound_told(by, seen):
+            return replace(pace, change=bound, amount=replace(by, role="at_most" if bound == "cap" else "at_least"))
+        case Pace(change="slower" | "faster", amount=Quantity(unit="%", role="by") as by) if _led_by_to(by, seen):
+            return replace(pace, change="set", amount=replace(by, role="to"))
         case Pace(amount=Quantity(unit="%")):
             return _in_words_of_time(pace, seen)
     return pace
 
 
-CAPS = tuple(f"{most} {speed}" for most in ("top", "max", "maximum", "peak") for speed in ("speed", "velocity", "pace"))
-"""Phrases for a greatest speed."""
+def _bound_told(amount: Quantity, seen: Sketch) -> Literal["", "cap", "floor"]:
+    """The bound that the words before a speed call it: "top speed 4 km/h, bottom speed 1 km/h"; "" where none does."""
+    at = next((i for i, p in enumerate(seen.pieces) if p.mention >= 0 and _is(seen, p.mention, amount)), 0)
+    words = [piece.text.lower() for piece in seen.pieces[max(at - 5, 0) : at]]
+    clause = words[max((i + 1 for i, word in enumerate(words) if word in PAUSES), default=0) :]
+    told = {one for one, other in pairwise(clause) if other in ("speed", "velocity", "pace")}
+    return "cap" if told & GREATEST else "floor" if told & LEAST else ""
+
+
+GREATEST = frozenset("top max maximum peak highest".split())
+LEAST = frozenset("bottom min minimum lowest least".split())
+"""Words before "speed" for a greatest and a least one."""
 
 
 def _multiplies(text: str) -> bool:
@@ -235,11 +271,19 @@ def _put(item: Shift | MoveEnd, text: str, seen: Sketch) -> SemanticFrame:
             return MoveEnd(end=item.end, place=thing, level=replace(NONE, role="to"))
         case MoveEnd(relation="to", offset=(("up", None),)) if "on top of" in text:
             return replace(item, offset=())
+        case Shift(offset=((way, by),)) if _is_too_much(way, text) and way in OPPOSITES:
+            return replace(item, offset=((OPPOSITES[way], by),))
         case Shift(offset=(("up" | "down", Quantity() as by),)) if _led_by_to(by, seen):
             return Height(level=replace(by, role="to"), part=item.part)
         case MoveEnd(relation="", offset=(("up" | "down", Quantity() as by),)) if _led_by_to(by, seen):
             return MoveEnd(end=item.end, level=replace(by, role="to"))
     return item
+
+
+def _is_too_much(way: str, text: str) -> bool:
+    """Whether words say that there is too much of a direction: "too far to the left near the easel"."""
+    high = {"up": "high", "down": "low"}.get(way, way)
+    return _says(text, tuple(f"too {far}{high}" for far in ("", "far ", "far to the ", "much to the ", "much ")))
 
 
 def _led_by_to(amount: Quantity, seen: Sketch) -> bool:
@@ -317,9 +361,15 @@ def _kept_off(seen: Sketch) -> str:
     words = [piece.text.lower() for piece in seen.pieces if piece.text.lower() != "side"]
     for i, (word, behind) in enumerate(pairwise(words)):
         clause = max((k + 1 for k in range(i) if words[k] in PAUSES), default=0)
-        if word in ("left", "right") and behind == "of" and not DENYING.isdisjoint(words[max(i - 5, clause) : i]):
+        end = next((k for k in range(i, len(words)) if words[k] in PAUSES), len(words))
+        denied = not DENIED.isdisjoint(words[max(i - 5, clause) : i]) or words[end - 1] == "never"
+        if word in OPPOSITES and behind == "of" and denied:
             return word
     return ""
+
+
+DENIED = frozenset("not don't never without no off".split())
+"""Words before a side that is not to be passed on: "never in front of it", "stay off the right of it"."""
 
 
 def _end_told(seen: Sketch) -> Literal["", "start", "goal"]:

@@ -206,6 +206,8 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
             return RANK["pace"] - 0.5  # what is said of a part holds there
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
+        case F.MoveEnd(relation="to") | F.Extend() if _is_cut(builder, frame):
+            return RANK["trim"] + 0.5  # what is left of the path ends there
         case F.Straighten() if _is_led_through(frame.part, builder):
             return RANK["avoid"]  # from where it is once the path leads through there
         case F.MoveEnd(relation="to", aim="") if _is_passed_on_the_way(builder):
@@ -214,6 +216,12 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
             return RANK["bound"]
     change = frame.change if isinstance(frame, F.Pace) else ""
     return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
+
+
+def _is_cut(builder: PolicyBuilder, frame: F.SemanticFrame) -> bool:
+    """Whether the end of the path that a frame places is cut off."""
+    cuts = ("first", "before") if isinstance(frame, F.MoveEnd) and frame.end == "start" else ("last", "after")
+    return any(isinstance(one, F.Trim) and one.cut in cuts for one in builder.frames)
 
 
 def _is_led_through(part: PathPart, builder: PolicyBuilder) -> bool:

@@ -69,7 +69,7 @@ NAMING = frozenset("the these those".split())
 WAYPOINT_WORDS = frozenset("waypoint waypoints wp wps point points pts pt".split())
 
 PIECE = re.compile(rf"{WORD.pattern}|\S")
-JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])")
+JOINED = re.compile(r"(?<=[^\W\d_])-(?=[^\W\d_])|(?<=[^\W_])_(?=[^\W_])")
 """The sign that joins two words, as in "forty-five"."""
 
 TIMES = re.compile(r"(?<!\S)[xX×](\d+(?:\.\d+)?)(?!\.?\w)")
@@ -134,11 +134,13 @@ class Sketch:
         pieces: Of the sentence.
         before: Of the frames before it, in the notation; None for a first request.
         mentions: What the marks of both stand for.
+        names: Of all objects.
     """
 
     pieces: tuple[Fragment, ...]
     before: tuple[Fragment, ...] | None
     mentions: tuple[Referent, ...]
+    names: tuple[str, ...] = ()
 
 
 def sketch(
@@ -161,11 +163,11 @@ def sketch(
     letters: dict[str, str] = {}
     pieces, mentions = _marked(text, catalog, letters, known)
     if before is None:
-        return Sketch(pieces, None, mentions)
+        return Sketch(pieces, None, mentions, scene.names)
     shown = show([unaimed(frame) for frame in before])
     said, more = _marked(shown.translate(SPELT_OUT), catalog, letters, known)
     shifted = tuple(replace(p, words=None, mention=p.mention + len(mentions) if p.mention >= 0 else -1) for p in said)
-    return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more))
+    return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more), scene.names)
 
 
 def cut(text: str) -> list[tuple[str, Span]]:

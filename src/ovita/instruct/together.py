@@ -91,6 +91,8 @@ def with_units(
         return replace(q, value=q.value * factor, unit="m" if kind == "Qm" else "m/s", said="")
 
     def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
+        if seconds and isinstance(frame, F.Pace) and (q := _bare(frame, behind).get("amount")) is not None:
+            return replace(frame, amount=F.Quantity(q.value * seconds, "s", q.role))
         kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
         if multiplied and isinstance(frame, F.Approach) and frame.by is not None and not frame.by.unit:
             return replace(frame, by=replace(frame.by, unit="x", role="to"))
@@ -99,6 +101,10 @@ def with_units(
 
     numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
     multiplied = any(chunk.kind == "multiply" for chunk in said)
+    timed = any(isinstance(frame, F.Pace) and frame.amount and frame.amount.unit == "s" for frame in frames)
+    times = [(k, f) for k, chunk in enumerate(said) if timed and not units["Qv"] and (f := unit_of(chunk, "Qs"))]
+    at, seconds = times[0] if times else (len(said), 0.0)  # "the first half takes ten minutes, the second six"
+    behind = {chunk.number.value for chunk in said[at:] if chunk.kind == "Qn" and chunk.number.value >= 1.0}
     return tuple(map(filled, frames))
 
 

@@ -404,7 +404,9 @@ def swings(
     size = np.linalg.norm(off, axis=1)
     inside, elsewhere = np.ones(len(size), dtype=bool), np.zeros(len(size), dtype=bool)
     if where is not None:
-        index = np.clip(np.rint(source).astype(int), 0, len(pair.original) - 1)
+        matched = pair.match.backward
+        place = np.where(np.isfinite(matched), matched, source)
+        index = np.clip(np.rint(place).astype(int), 0, len(pair.original) - 1)
         inside, elsewhere = selected(pair, where)[index], selected(pair, outside(PathPart.from_json(where)))[index]
     wish = f"{'shake' if irregular else 'swing'}{said(where)}"
     clear = np.flatnonzero(size > 0.25 * max(float(size.max()), 1e-12))
