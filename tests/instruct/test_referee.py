@@ -1,6 +1,7 @@
 """The referee: what a reading of an utterance amounts to."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from click.testing import CliRunner
@@ -87,7 +88,6 @@ def test_questions_are_asked_and_refusals_say_why(found, outcome):
         ("go left if the box is hot", "move left", "condition"),
         ("go left by 10 cm and up 5 cm", "move left=10cm up", "'5 cm'"),
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
-        ("go left and slow down near the box", "move left; pace slower", "'box'"),
         ("the height lower than 0.45 m", "height at_least=0.45m", "'lower'"),
         ("height above 0.4 m", "height at_most=0.4m", "'above'"),
     ],
@@ -98,6 +98,12 @@ def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
         said(text), wrong.frames
     )
     assert verdict(text, wrong).outcome == "needs_confirmation"
+
+
+@pytest.mark.parametrize(("confidence", "outcome"), [(0.8, "needs_confirmation"), (0.95, "do")])
+def test_an_object_that_no_frame_is_about_counts_unless_the_reader_is_certain(confidence, outcome):
+    left = replace(reading("move left; pace slower"), confidence=confidence)
+    assert verdict("go left and slow down near the box", left).outcome == outcome
 
 
 @pytest.mark.parametrize(

@@ -168,7 +168,7 @@ def test_undo_takes_back_an_open_proposal_first():
     session = Session(SERVED, TABLE, writer="builtin")
     session.say("slower near the plate")
     before = session.current
-    assert session.say("closer to the plate, say 5 cm").proposal is not None
+    assert session.say("closer to the plate by 5 cm if it is hot").proposal is not None
     session.say("undo that")
     assert session.current == before and session.pending is None
 

@@ -36,11 +36,19 @@ Check = Callable[[Facts], str]
 
 
 def contradictions(
-    said: Sequence[Chunk], frames: Iterable[F.SemanticFrame], checks: Sequence[Check] | None = None
+    said: Sequence[Chunk], frames: Iterable[F.SemanticFrame], checks: Sequence[Check] = (), *, certain: bool = False
 ) -> tuple[str, ...]:
-    """What the words say and a reading does not account for, or says otherwise, as sentences for people."""
+    """What the words say and a reading does not account for, or says otherwise, as sentences for people.
+
+    Args:
+        said: The utterance in chunks.
+        frames: What was read.
+        checks: Those to be made; by default all.
+        certain: Whether the reader is so sure that only what it never sees counts.
+    """
     facts = Facts(said, tuple(frames))
     checks = checks or CHECKS + IN_SHORT * (len(said) <= SHORT)
+    checks = [check for check in checks if not (certain and check in MINDED)]
     return tuple(text for check in checks if (text := check(facts)))
 
 
@@ -315,22 +323,6 @@ def _lengths(frame: F.SemanticFrame) -> list[F.Quantity]:
     return [q for slot, q in amounts.items() if slot not in UNMEASURED and q.unit in ("", "m")]
 
 
-def _by_or_to(it: Facts) -> str:
-    """A length that may be how much nearer, or how near: "closer to the cup, say 5 cm"."""
-    by = [q.value for frame in it.frames_of(F.Approach) for q in frame.quantities.values()]
-    row = [chunk for chunk in it.said if chunk.kind != "approx"]
-    for before, amount, after in zip(row, row[1:], [*row[2:], *row[-1:]], strict=False):
-        apart = before.kind in ("comma", "dot") or before.text.lower() in ("say", "like")
-        compared = after.kind in COMPARING[: 2 if before.kind == "dot" else None]
-        if apart and amount.kind == "Qm" and not compared and among(by, amount.number.value):
-            return f"{amount.text!r} may be how much nearer or farther, or how near."
-    return ""
-
-
-COMPARING = ("closer", "farther", "inc", "dec")
-"""Classes of words behind a length with which it is how much nearer or farther, the last two in one sentence only."""
-
-
 def _exception_left(it: Facts) -> str:
     """An exception of which nothing is left out: "over the whole route apart from takeoff and landing"."""
     words = [chunk.text for chunk in it.said if chunk.kind == "except" and SPARING & {*chunk.text.lower().split()}]
@@ -406,11 +398,14 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 
 
 CHECKS: tuple[Check, ...] = (
-    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two, _by_or_to,
+    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two,
     _conditional, _thing_moved, _other_deed, _without_unit, _exception_left, _unsaid, _half_left,
 )  # fmt: skip
 IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""
+
+MINDED = (_object_left,)
+"""Checks of what the network sees, too: where it is certain, it was right in all sentences that they doubted."""
 
 SHORT = 10
 """Chunks of a short utterance."""

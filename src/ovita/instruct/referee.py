@@ -23,6 +23,9 @@ DO, SHOW = 0.62, 0.05
 """How sure the reader has to be of all frames for them to be done at once, and to be shown; `training/answers.py`
 measures what comes of it."""
 
+CERTAIN = 0.9
+"""How sure it has to be for facts of the words that it sees itself, and for words that nobody knows, not to count."""
+
 CURT = 5
 """Chunks of an utterance that is so short that words which nobody knows are named, and nothing is done at once."""
 
@@ -61,9 +64,11 @@ def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:
         return _nothing(reading, said)
     if against := excluded(frames):
         return _nothing(replace(reading, improper=against), said)
-    doubts = (*contradictions(said, frames), *filter(None, (reading.besides,)))
-    strange = [chunk.text for chunk in said if chunk.kind == "unknown" and len(said) <= CURT]
-    left, sure = tuple(dict.fromkeys((*reading.unread, *strange))), reading.confidence
+    sure = reading.confidence
+    certain = sure >= CERTAIN
+    doubts = (*contradictions(said, frames, certain=certain), *filter(None, (reading.besides,)))
+    strange = [chunk.text for chunk in said if chunk.kind == "unknown" and len(said) <= CURT and not certain]
+    left = tuple(dict.fromkeys((*reading.unread, *strange)))
     at_once = sure >= DO and not (doubts or strange)
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure >= SHOW else "decline"
     return Understanding(outcome, reading, left, doubts, sure)
