@@ -81,7 +81,8 @@ def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
 
 def _number_left(it: Facts) -> str:
     """A number that no slot took; "one" alone may be somebody, and the eight a figure."""
-    names = {"one", *(getattr(frame, "shape", "") for frame in it.frames)}
+    shapes = {getattr(frame, "shape", "") for frame in it.frames}
+    names = {"one", *shapes, "8" if "eight" in shapes else ""}
     held = set[float]().union(*map(held_by, it.frames))
     units = {"Qn": (1.0, CENTI, *(f for kind in ("Qm", "Qs") for c in it.said if (f := unit_of(c, kind))))}
     ends = _range_ends(it.said, held)
@@ -156,10 +157,11 @@ def _compared(it: Facts) -> str:
         return ""
     bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
     row = [chunk for chunk in it.row if chunk.kind != "than"]
-    for before, word, amount in zip([*row[:1], *row], row, row[1:], strict=False):
+    denied = False
+    for word, amount in pairwise(row):
+        denied = word.kind == "never" or (denied and word.kind not in ("comma", "dot", "and"))
         excluded = EXCLUDED.get(word.kind, "")
-        if before.kind == "never" and excluded:
-            excluded = OTHER_BOUND[excluded]
+        excluded = OTHER_BOUND[excluded] if denied and excluded else excluded
         wrong = [value for role, value in bounds if role == excluded]
         if amount.q is not None and among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
@@ -253,7 +255,8 @@ PLACING = frozenset("near within after before over under beyond rising falling c
 
 def _polite(behind: Sequence[str]) -> bool:
     """Whether the words behind an "if" are mere politeness: "if you could", not "if you smell smoke"."""
-    return behind[0] in COURTESY or (behind[0] in ("you", "i", "we", "one") and behind[1] in ABLE)
+    somebody = behind[0] in ("you", "i", "we", "one")
+    return behind[0] in COURTESY or behind[1] == "pleases" or (somebody and behind[1] in ABLE)
 
 
 def _wishes(before: Sequence[str]) -> bool:
@@ -302,6 +305,8 @@ OWN_NAMES = frozenset("path trajectory route way track line course motion moveme
 
 def _without_unit(it: Facts) -> str:
     """A length without a unit that is taken for centimetres, or for many metres: "no nearer than 60"."""
+    if any(map(unit_of, it.said)):
+        return ""  # it is in the unit of the other one
     amounts = [q for frame in it.frames for q in _lengths(frame)]
     stated = [chunk.number.value for chunk in it.said if chunk.q is not None]
     guessed = [abs(q.value) for q in amounts if not among(stated, abs(q.value))]
