@@ -175,7 +175,7 @@ def test_what_waits_for_a_yes_waits_for_it_in_the_journal_too(session, tmp_path)
     file = str(tmp_path / "journal.jsonl")
     session.keep(file)
     session.say("go up by 0.1")
-    session.say("be careful near the cup, it is hot, and kindly purple")
+    session.say("go slower near the cup if it is hot")
     assert session.pending is not None
     again = Session.resume(file, writer="builtin")
     assert again.pending is not None and again.pending.proposal is not None
@@ -188,7 +188,7 @@ def test_what_waits_for_a_yes_waits_for_it_in_the_journal_too(session, tmp_path)
 def test_what_was_refused_waits_no_longer(session, tmp_path):
     file = str(tmp_path / "journal.jsonl")
     session.keep(file)
-    session.say("be careful near the cup, it is hot, and kindly purple")
+    session.say("go slower near the cup if it is hot")
     session.dismiss("leave it")
     assert session.pending is None and Session.resume(file, writer="builtin").pending is None
 

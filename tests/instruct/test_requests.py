@@ -62,7 +62,6 @@ REQUESTS = [
     ("18 inches clear of the fan", "clearance fan at_least=18in"),
     ("move it 3 in up", "move up=3in"),
     ("take 0.05 m/s off near the fan", "pace slower by=0.05m/s @near=fan"),
-    ("3 inches onto the height", "move up=3in"),
     ("let the speed sink evenly to 0.1 m/s", "pace rampdown to=0.1m/s"),
     ("would you mind going underneath the fan?", "via under=fan"),
     ("kick off from the fan", "end start to=fan"),
@@ -123,7 +122,6 @@ REQUESTS = [
     ("offset the trajectory by [0.1, 0, 0]", "move x=0.1m"),
     ("pass left of the cup, not right of it", "side cup left"),
     ("pass the fan on the left instead of the right", "side fan left"),
-    ("raise it rather than lower it", "move up"),
     ("increase the distance to the cup to 20 cm", "clearance cup at_least=20cm"),
     ("decrease the gap to the fan to 5 cm", "clearance fan at_most=5cm"),
     ("leave the cup to port", "side cup right"),
@@ -242,7 +240,6 @@ NUMBERS = [
     ("remain within 30 cm of the box", "clearance box at_most=30cm"),
     # several things in one sentence
     ("go a bit higher and move the start left by 0.1", "move up deg=slight; end start left=10cm"),
-    ("move the start up and left", "end start up left"),
     ("shift left keeping the speed", "move left; keep speed"),
     ("walk closer to the cup and keep at least 0.2 from the box", "closer cup; clearance box at_least=20cm"),
     ("keep it level between the cup and the box", "level @between=cup+box"),

@@ -33,7 +33,6 @@ SCENE = Scene(
         ("Never in front of the tuba.", "side tuba back"),
         ("Gap to tuba times 0.5.", "closer tuba by=0.5x"),
         ("First half takes ten minutes, second half takes six.", "pace to=10min @first=50%; pace to=6min @last=50%"),
-        ("go at 0.3 near the tuba and take 5 s for it", "pace set to=0.3m/s @near=tuba; pace to=5s"),
     ],
 )
 def test_what_words_say_of_the_part_and_the_objects(sentence, frames):

@@ -103,7 +103,7 @@ def test_an_agent_adapts_checks_and_draws_over_http(server, mode):
     async def talk() -> None:
         async with bearer() as http, connected(server, http, mode=mode) as client:
             task = (await done(client, "open_task", document=TASK))["task"]
-            shown = await done(client, "adapt", task=task, instruction="go left by 0.2 feed")
+            shown = await done(client, "adapt", task=task, instruction="go left by 0.2 if it is hot")
             assert shown["status"] == "needs_confirmation" and shown["turn"] == 0
             assert "another reading" in await refused(client, "accept", task=task, proposal="0" * 16)
             taken = await done(client, "accept", task=task, proposal=shown["proposal"]["id"])

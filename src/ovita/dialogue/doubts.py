@@ -8,8 +8,8 @@ from itertools import pairwise
 from ovita.dialogue.interpretation import Feedback, frames_in, numbers_of
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.edits import Command, Drop, Set
-from ovita.instruct.feedback import named_frames
 from ovita.instruct.looking_back import EVEN
+from ovita.instruct.remarks import named_frames
 from ovita.result import Adaptation
 from ovita.text import number
 

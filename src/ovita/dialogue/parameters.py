@@ -9,8 +9,8 @@ from dataclasses import replace
 from ovita.instruct import frames as F
 from ovita.instruct.editing import chosen, factor_of, further, quantity_of, slots
 from ovita.instruct.edits import Drop, Edit, Rescale
-from ovita.instruct.feedback import stated
 from ovita.instruct.notation import DIRECTIONS
+from ovita.instruct.remarks import stated
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, canonical
 from ovita.policy import Parameter

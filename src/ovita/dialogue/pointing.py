@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ovita.instruct.feedback import named_objects
 from ovita.instruct.frames import Approach, Clearance, SemanticFrame, Visit, frame_objects
+from ovita.instruct.remarks import named_objects
 from ovita.paths.part import PathPart
 from ovita.paths.scene import Scene, SceneObject
 

@@ -24,8 +24,7 @@ from ovita.dialogue.pointing import spelt_out, with_thing
 from ovita.dialogue.postconditions import KEEP_IT, Loss, lost
 from ovita.errors import PolicyError, RequestError
 from ovita.instruct.editing import apply, realised_values
-from ovita.instruct.edits import Again, Also, Command, Edit, Except, Rescale, Set
-from ovita.instruct.feedback import named_frames, named_objects, read_feedback, vaguely_where
+from ovita.instruct.edits import Again, Also, Command, Drop, Edit, Except, Rescale, Set
 from ovita.instruct.frames import (
     SPOTS,
     Keep,
@@ -37,6 +36,7 @@ from ovita.instruct.frames import (
     with_selection,
 )
 from ovita.instruct.lexicon import sorts_of
+from ovita.instruct.remarks import named_frames, named_objects, vaguely_where
 from ovita.instruct.understanding import feedback as refereed
 from ovita.instruct.understanding import read, understand
 from ovita.measure import compare
@@ -190,9 +190,15 @@ class DialogueState:
     def _about(self, said: str, results: Sequence[Adaptation], first: int) -> Feedback | None:
         """Feedback on some of the turns in force; with a language model only if it needs no further frames."""
         frames, values = _realised(results)
-        offline = results and self.offline and not vaguely_where(said, self.now.scene)
-        at = said, self.now.scene, frames, self.current.positions
-        reading = refereed(*at) if offline else read_feedback(*at, self.read(said))
+        if vaguely_where(said, self.now.scene):
+            return None
+        reading = refereed(said, self.now.scene, frames, self.current.positions)
+        if (
+            reading is not None
+            and not (results and self.offline)
+            and any(isinstance(edit, Also) for edit in reading.edits)
+        ):
+            return None
         if reading is not None and reading.question and self.history.in_force:
             reading = self._of_the_newest(said) or reading
         if results and (not is_certain(self.read(said)) or names_zone(said)):
@@ -210,7 +216,7 @@ class DialogueState:
         *earlier, last = (step.adaptation.frames for step in self.history.in_force)
         known = [frame for frames in earlier for frame in frames]
         new = [frame for frame in last if known and frame not in known]
-        reading = read_feedback(said, self.now.scene, new, self.current.positions) if len(new) == 1 else None
+        reading = refereed(said, self.now.scene, new, self.current.positions) if len(new) == 1 else None
         if reading is None or reading.question or not reading.edits:
             return None
         return replace(reading, edits=tuple(replace(edit, on=edit.on or name_of(new[0])) for edit in reading.edits))
@@ -238,7 +244,7 @@ class DialogueState:
         named = [frames[i] for i in named_frames(said, self.now.scene, frames)]
         if not named or len(named) == len(frames):
             return None
-        reading = read_feedback(self.asked, self.now.scene, named, self.current.positions)
+        reading = refereed(self.asked, self.now.scene, named, self.current.positions)
         if reading is None or reading.question or not reading.edits:
             return None
         edits = tuple(replace(edit, on=edit.on or name_of(named[-1])) for edit in reading.edits)
@@ -327,8 +333,11 @@ class DialogueState:
             return self._noted(feedback, last, self._rerun(last, feedback.parameters), "knobs")
         if isinstance(edits[0], Again) and len(edits) == 1:
             return self._noted(feedback, None, self._repeated(last), "said")
-        if edits[0].on.startswith("turn ") and len(self.results) >= int(edits[0].on[5:]):
-            return self._without(feedback, int(edits[0].on[5:]) - 1)
+        if edits[0].on.startswith("turn "):
+            turn = int(edits[0].on[5:]) - 1
+            if turn < len(self.results) > 1:
+                return self._without(feedback, turn)
+            edits = tuple(Drop(on=name_of(frame)) for frame in feedback.frames[turn : turn + 1])
         after = with_selection(apply(edits, feedback.frames, self.now.scene, feedback.values), self.selection)
         if not last.frames:
             values = values_after(last.parameters, self.now.scene, edits, after)

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from ovita.dialogue.interpretation import frames_in
 from ovita.dialogue.reframing import DialogueState, is_certain
 from ovita.instruct.chunks import chunks
-from ovita.instruct.edits import Command, Drop, Edit
-from ovita.instruct.feedback import DENYING, read_feedback
+from ovita.instruct.edits import Command, Drop
 from ovita.instruct.frames import name_of
+from ovita.instruct.understanding import feedback
 
 
 def split_in_turns(said: str, state: DialogueState) -> tuple[str, str]:
@@ -42,16 +42,14 @@ BACK = ("undo", "restart")
 """Commands that take steps back."""
 
 
-def _by_rules(said: str, state: DialogueState) -> tuple[Edit, ...]:
-    """The edits of an utterance that the rules read in full as feedback on the last turn."""
-    frames = frames_in(state.results[-1:])
-    found = read_feedback(said, state.now.scene, frames, state.current.positions)
-    return () if found is None or found.unread or found.question else found.edits
+DENYING = frozenset("no nope nah do not please".split())
+"""All words of an utterance that only says no."""
 
 
 def _steps_back(said: str, state: DialogueState) -> bool:
     """Whether an utterance only takes steps back, or drops some; "no" before something else only corrects."""
-    edits = _by_rules(said, state)
+    found = feedback(said, state.now.scene, frames_in(state.results[-1:]), state.current.positions)
+    edits = () if found is None or found.unread else found.edits
     goes = edits and all(isinstance(one, Drop) or (isinstance(one, Command) and one.command in BACK) for one in edits)
     return bool(goes) and not DENYING.issuperset(said.lower().replace(",", " ").split())
 

@@ -14,7 +14,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
 from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, senses
-from ovita.instruct.frames import held_by
+from ovita.instruct.frames import OPPOSITES, held_by
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
@@ -48,7 +48,7 @@ def contradictions(
     """
     facts = Facts(said, tuple(frames))
     checks = checks or CHECKS + IN_SHORT * (len(said) <= SHORT)
-    checks = [check for check in checks if not (certain and check in MINDED)]
+    checks = [check for check in checks if not (certain and check in MINDED and "than" not in facts.words)]
     return tuple(text for check in checks if (text := check(facts)))
 
 
@@ -402,9 +402,38 @@ WISHED = frozenset("have need possible ok okay any way chance alright supposed a
 """Words that make a question a wish."""
 
 
+def _way_left(it: Facts) -> str:
+    """One of two directions that are said together: "the start up and left"."""
+    for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
+        ways = {one.kind, other.kind}
+        if link.kind == "and" and len(ways) == 2 and ways <= OPPOSITES.keys() and len(ways & it.senses) == 1:
+            left = one if one.kind not in it.senses else other
+            return f"{left.text!r} has no part in it."
+    return ""
+
+
+def _each_by_the_other(it: Facts) -> str:
+    """A comparison of two things as two wishes: "the closer to the cup, the slower"."""
+    compared = {"the closer", "the nearer", "the farther"} & {f"{one} {other}" for one, other in pairwise(it.words)}
+    if compared and it.frames_of(F.Approach) and it.frames_of(F.Pace):
+        return f"{compared.pop()!r} may only say where it is to be so."
+    return ""
+
+
+def _two_points(it: Facts) -> str:
+    """A range of waypoints where two of them are named: "waypoint 5 and waypoint 10"."""
+    ranges = [f.part for f in it.frames if f.part.kind == "range" and f.part.unit == "waypoints"]
+    apart = [part for part in ranges if part.until is not None and part.until - (part.amount or 0.0) > 1.0]
+    between = {chunk.kind for chunk in it.said} & {"between", "from", "to"}
+    for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
+        if apart and not between and one.q and link.kind == "and" and (other.q or other.kind == "waypoints"):
+            return "Two waypoints are named, and what is between them would count, too."
+    return ""
+
+
 CHECKS: tuple[Check, ...] = (
-    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two,
-    _conditional, _thing_moved, _other_deed, _without_unit, _exception_left, _unsaid, _half_left,
+    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two, _way_left, _two_points,
+    _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit, _exception_left, _unsaid, _half_left,
 )  # fmt: skip
 IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""

@@ -205,6 +205,10 @@ class LearnedReader:
     def reading(self, heard: NetworkReading) -> Reading:
         """The likeliest reading, with its calibrated confidence."""
         reading, features = self.explain(heard)
+        if reading.improper == IMPROPER["contradiction"] and (otherwise := _not_refused(heard.output)) is not None:
+            other, of_other = self.explain(replace(heard, output=otherwise))
+            if (other.frames or other.edits) and not other.unread:  # rarely does one contradict oneself
+                return replace(other, confidence=round(min(self.sure(of_other), DOUBTFUL), 4))
         return replace(reading, confidence=round(self.sure(features), 4))
 
     def runners_up(self, heard: NetworkReading) -> list[Reading]:
@@ -244,6 +248,19 @@ class LearnedReader:
             return float(features[0])
         z = float((features - extra["calibration.mean"]) / extra["calibration.scale"] @ extra["calibration.weights"])
         return float(1 / (1 + np.exp(-z - float(extra["calibration.bias"]))))
+
+
+CONTRADICTORY, DOUBTFUL = 0.97, 0.5
+"""How sure the network has to be that words contradict themselves, and how sure another reading may be at most."""
+
+
+def _not_refused(output: Output) -> Output | None:
+    """The network's output without the classes that refuse, where these are not all but certain."""
+    shares, refusing = output.heads["action"].copy(), [HEADS["action"].index(word) for word in ("ask", "improper")]
+    if shares[0, refusing].sum() >= CONTRADICTORY:
+        return None
+    shares[0, refusing] = 0.0
+    return replace(output, heads={**output.heads, "action": shares})
 
 
 POSSIBLE = 0.1

@@ -1,34 +1,31 @@
 """Whether an utterance looks back at what was done, or is an instruction of its own.
 
-The rules read all of it as feedback, or nothing. Where the network is asked too, a few grounds count points for each
-way to take it; their sums say how likely it is meant.
+The reader reads it both ways; a few grounds beside how sure it is say which one is meant.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from types import UnionType
-from typing import TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.amounts import asks_for_limit
 from ovita.instruct.editing import apply, directions_of, is_called
-from ovita.instruct.frames import frame_objects
+from ovita.instruct.frames import frame_objects, name_of
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.meaning import canonical_part, same
+from ovita.instruct.meaning import canonical_part
 from ovita.instruct.referee import DO
-from ovita.instruct.remarks import SENSES, Candidate, Remark, heading, words_in
+from ovita.instruct.remarks import SENSES, Remark, heading, words_in
+from ovita.instruct.revised import LOSING
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
 """How likely feedback has to be meant, among the ways to take it, to be done without being shown first."""
 
-FEW, SHORT = 10, 6
-"""Words and marks of feedback that is so short that the rules' reading counts more; words of an utterance that is so
-short that a comparative in it looks back."""
+SHORT = 6
+"""Words of an utterance that is so short that a comparative in it looks back."""
 
 BACKWARD = frozenset(
     """again that that's those these too not only just instead than still yet even enough same also was were
@@ -39,50 +36,35 @@ BACKWARD = frozenset(
 
 
 @dataclass(frozen=True)
-class Retrospect:
-    """An utterance as feedback, beside the instruction that it would be.
+class Hearing:
+    """An utterance as the reader hears it after a turn.
 
     Args:
         said: The utterance.
-        best: How all of it is read as feedback; without edits and question if it is not.
-        fresh: What it is as an instruction.
+        edits: As feedback.
+        alone: As an instruction of its own.
     """
 
     said: Remark
-    best: Candidate
-    fresh: F.Reading
-
-    @property
-    def reading(self) -> F.Reading:
-        """The feedback."""
-        return F.Reading(edits=self.best.edits, question=self.best.question, asked=self.best.asked)
-
-    @property
-    def found(self) -> bool:
-        """Whether it can be read as feedback."""
-        return bool(self.best.edits or self.best.question)
+    edits: F.Reading
+    alone: F.Reading
 
     @property
     def whole(self) -> bool:
-        """Whether it reads whole as an instruction."""
-        return bool(self.fresh.frames) and self.fresh.confidence >= DO
-
-    @property
-    def places(self) -> bool:
-        """Whether an object or a place on the path is named."""
-        return any(p.items or p.concept in PLACED for p in self.said.active)
+        """Whether it reads surely as an instruction."""
+        return bool(self.alone.frames) and self.alone.confidence >= DO
 
     @property
     def recalls(self) -> bool:
         """Whether a word speaks of what was done, or it is little more than a comparative."""
-        words, edits = words_in(self.said.active), self.best.edits
+        words, edits = words_in(self.said.pieces), self.edits.edits
         scaled = "it" in words and any(isinstance(edit, E.Rescale) and edit.factor for edit in edits)
         known = _some(edits, E.Command | E.Again | E.Flip) or ("without" in words and _some(edits, E.Drop))
         return scaled or known or not BACKWARD.isdisjoint(words) or self._compares(words)
 
     def _compares(self, words: Sequence[str]) -> bool:
         """Whether words are little more than a comparative: "a bit slower"."""
-        first = next((piece for piece in self.said.active if piece.text not in LEADING), None)
+        first = next((piece for piece in self.said.pieces if piece.text not in LEADING), None)
         short = len(words) <= SHORT and first is not None and first.content
         return short and any(word.endswith("er") or word in ("more", "less") for word in words)
 
@@ -103,49 +85,65 @@ def _only(edits: Sequence[E.Edit], kind: type[E.Edit] | UnionType) -> bool:
     return all(isinstance(edit, kind) for edit in edits)
 
 
-def looks_back(it: Retrospect) -> bool:
-    """Whether the rules alone take an utterance as feedback rather than as an instruction."""
-    return EXPLAINING in it.best.edits or (it.found and not it.said.elsewhere and (it.recalls or not it.whole))
-
-
-def is_plain(it: Retrospect) -> bool:
-    """Whether it is feedback of few words, which the rules hardly ever misread."""
-    return len(it.said.pieces) <= FEW and looks_back(it)
-
-
-@dataclass(frozen=True)
-class Hearing:
-    """What the network says of an utterance.
-
-    Args:
-        edits: As feedback.
-        alone: As an instruction of its own.
-    """
-
-    edits: F.Reading
-    alone: F.Reading
-
-
-def weighed(it: Retrospect, heard: Hearing) -> F.Reading | None:
-    """The feedback of the rules or of the network, with how likely it is meant; None if an instruction is likelier.
+def weighed(heard: Hearing) -> F.Reading | None:
+    """The feedback that an utterance is, with how likely it is meant; None if an instruction is likelier.
 
     A question of what the path is like is none, but one of what was done or why.
     """
-    explains = all(edit == EXPLAINING for edit in it.best.edits)
-    if heard.alone.asks and explains and not it.said.cued("explain"):
+    said, edits = heard.said, heard.edits.edits
+    if heard.alone.asks and all(edit == EXPLAINING for edit in edits) and not said.cued("explain"):
         return None
-    readings = ways(it, heard)
-    points = {who: sum(worth * float(fact(it, heard)) for worth, fact in GROUNDS[who].values()) for who in readings}
-    best = max(points, key=lambda who: points[who])
-    reading = readings[best]
-    likely = 1 / sum(math.exp(value - points[best]) for value in points.values())
-    if _earlier(() if reading is None else reading.edits, it.said):
+    likely = _feedback(heard)
+    meant = may_be_meant(heard) and likely >= EVEN
+    if len(said.before) > 1 and not edits and heard.edits.question and said.cued("more", "less"):
+        kinds = tuple(name_of(frame) for frame in said.before)
+        return F.Reading(question="Which do you mean: " + " or ".join(kinds) + "?", asked=kinds)
+    if _earlier(edits if meant and heard.edits.confidence >= DO else (), said):
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
-    if reading is None:
-        return heard.edits if _goes_on_there(heard.edits.edits, it.said) else None
-    if best == "network" and _is_risky(reading.edits, it):
-        likely = min(likely, UNSURE)
-    return replace(reading, edits=_of_the_wait(reading.edits, it.said), confidence=likely)
+    if not meant:
+        return heard.edits if _goes_on_there(edits, said) else None
+    likely = min(likely, UNSURE) if _is_risky(edits, said) else likely
+    return replace(heard.edits, edits=_of_the_wait(edits, said), confidence=likely)
+
+
+def may_be_meant(heard: Hearing) -> bool:
+    """Whether there are edits, and nothing rules them out."""
+    edits = heard.edits.edits
+    return bool(edits) and not (_of_nothing_done(heard.said, edits) or _is_odd(heard))
+
+
+def grounds(heard: Hearing) -> dict[str, float]:
+    """What speaks for an instruction or against it, by the names of GROUNDS."""
+    words, alone = words_in(heard.said.pieces), heard.alone
+    return {
+        "always": 1.0,
+        "whole": float(heard.whole),
+        "looks back": float(heard.recalls),
+        "other kinds": float(heard.said.elsewhere),
+        "alone": _odds(alone.confidence) if alone.frames else 0.0,
+        "points": float(not POINTING.isdisjoint(words)),
+        "moves": float(_moves(heard.said)),
+        "long": max(len(words) - SHORT, 0) / SHORT,
+        "edits": -_odds(heard.edits.confidence),
+        "only new": float(_only(heard.edits.edits, E.Also)),
+    }
+
+
+POINTING = frozenset("it that this there them those these".split())
+"""Words for what was spoken of before."""
+
+GROUNDS = {
+    "always": -2.9, "whole": -0.37, "looks back": -1.88, "other kinds": 1.36, "alone": 0.73, "points": -0.27,
+    "moves": 0.59, "long": 1.62, "edits": 1.0, "only new": 2.75,
+}  # fmt: skip
+"""How much each ground counts for taking an utterance as an instruction, as logarithms of odds;
+`training/feedback_points.py` fits them on voices that the network had not seen."""
+
+
+def _feedback(heard: Hearing) -> float:
+    """How likely an utterance is meant as feedback."""
+    facts = grounds(heard)
+    return 1.0 / (1.0 + math.exp(sum(points * facts[name] for name, points in GROUNDS.items())))
 
 
 def _of_the_wait(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
@@ -157,10 +155,11 @@ def _of_the_wait(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
     return tuple(replace(edit, on=on) if isinstance(edit, E.Rescale) else edit for edit in edits)
 
 
-def _is_risky(edits: Sequence[E.Edit], it: Retrospect) -> bool:
-    """Whether the network's edits guess, or take all back where a place is named or something is to stay."""
-    gives_up = _gives_up(edits) and not _some(edits, E.Also) and (it.places or bool(it.said.cued("keep")))
-    return gives_up or _guesses(edits, it.said)
+def _is_risky(edits: Sequence[E.Edit], said: Remark) -> bool:
+    """Whether edits guess, or take all back where a place is named or something is to stay."""
+    places = any(p.items or p.concept in PLACED for p in said.pieces)
+    gives_up = _gives_up(edits) and not _some(edits, E.Also) and (places or bool(said.cued("keep")))
+    return gives_up or _guesses(edits, said)
 
 
 def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -177,14 +176,6 @@ def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
     return paced and earlier and (not edits or _some(edits, E.Rescale))
 
 
-def _counts_turns(edits: Sequence[E.Edit]) -> bool:
-    """Whether edits are about so many turns, of which the network knows nothing."""
-    return any(
-        edit.on.startswith("turn ") if isinstance(edit, E.Drop) else isinstance(edit, E.Command) and edit.steps > 1
-        for edit in edits
-    )
-
-
 def _gives_up(edits: Sequence[E.Edit]) -> bool:
     """Whether edits take back all that was done."""
     back = ("undo", "restart")
@@ -195,9 +186,9 @@ def _guesses(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether edits add a direction that no word says: "plus 4 cm"."""
     offsets = [getattr(edit.frame, "offset", ()) for edit in edits if isinstance(edit, E.Also)]
     ways = {way for offset in offsets for way, _ in offset}
-    said_ways = {SENSES.get(p.concept, "") or heading(p) for p in said.active}
+    said_ways = {SENSES.get(p.concept, "") or heading(p) for p in said.pieces}
     known = {way for frame in said.before for way in directions_of(frame)}
-    return bool(ways - said_ways - known) and not any(p.unknown for p in said.active)
+    return bool(ways - said_ways - known) and not any(p.unknown for p in said.pieces)
 
 
 UNSURE = 0.4
@@ -207,38 +198,23 @@ PLACED = frozenset("start goal first last middle before after between near".spli
 """Concepts of places on the path."""
 
 
-def ways(it: Retrospect, heard: Hearing) -> dict[str, F.Reading | None]:
-    """The ways to take an utterance, by the names of GROUNDS: the feedback that each is, None for an instruction."""
-    if it.best.sure:
-        return {"rules": it.reading}
-    found: dict[str, F.Reading | None] = {"instruction": None}
-    if _of_nothing_done(it, heard):
-        return found
-    if it.best.question or not (_idle(it.best.edits, it.said.before) or _anew(it, heard)):
-        found["rules"] = it.reading
-    if not (heard.edits.question or _is_odd(it, heard.edits.edits) or _agree(it, heard)):
-        found["network"] = heard.edits
-    return found
-
-
-def _of_nothing_done(it: Retrospect, heard: Hearing) -> bool:
+def _of_nothing_done(said: Remark, edits: Sequence[E.Edit]) -> bool:
     """Whether words are about a kind of change that was not made: "a little higher" after a change of speed alone.
 
     To give up all is about nothing that was done, too, where an object is named that no change is about.
     """
-    edits = (*it.best.edits, *heard.edits.edits)
-    if not edits or not (_only(edits, E.Rescale) or _gives_up(edits)):
+    if not (_only(edits, E.Rescale) or _gives_up(edits)):
         return False
-    if _gives_up(edits) and _names_others(it.said):
+    if _gives_up(edits) and _names_others(said):
         return True
-    words = {*words_in(piece for piece in it.said.pieces if piece.concept != "near")}
+    words = {*words_in(piece for piece in said.pieces if piece.concept != "near")}
     meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
-    return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in it.said.before)
+    return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in said.before)
 
 
 def _names_others(said: Remark) -> bool:
     """Whether a remark names objects, and none that a change is about."""
-    named = {name for piece in said.active for name in piece.items}
+    named = {name for piece in said.pieces for name in piece.items}
     return bool(named) and named.isdisjoint(name for frame in said.before for name in frame_objects(frame))
 
 
@@ -270,36 +246,74 @@ KINDS = {
 """What people say changes of a kind are about."""
 
 
-def _is_odd(it: Retrospect, edits: Sequence[E.Edit]) -> bool:
-    """Whether edits of the network are hardly meant: they only add, go against the rules, or change nothing."""
-    mere = (_only(edits, E.Also) and it.whole and not it.said.adds) or (_only(edits, E.Set) and asks_for_limit(it.said))
-    against = _turns_round(it.best.edits, edits) or _leaves_an_amount(edits, it.said) or _drops_unnamed(edits, it.said)
-    repeats = _some(edits, E.Again) and bool(it.best.edits) and not _some(it.best.edits, E.Again)  # "lower it again"
-    return mere or against or repeats or _idle(edits, it.said.before)
+def _is_odd(heard: Hearing) -> bool:
+    """Whether edits are hardly meant: they add a plain instruction, drop what is not named, or change nothing."""
+    said, edits = heard.said, heard.edits.edits
+    mere = _only(edits, E.Also) and heard.whole and not said.adds
+    limits = _only(edits, E.Set) and _asks_for_limit(said)
+    reverses = _some(edits, E.Flip) and REVERSING.issuperset(words_in(said.pieces))
+    anew = _only(edits, E.Set | E.Replace) and heard.whole and not heard.recalls and _moves(said)
+    left_out = _leaves_an_amount(edits, said) or _drops_unnamed(edits, said)
+    return mere or limits or reverses or anew or _at_odds(heard) or left_out or _idle(edits, said.before)
+
+
+def _moves(said: Remark) -> bool:
+    """Whether an utterance begins as one that moves the path, whatever was done before: "go left by 5 cm"."""
+    words = [word for word in words_in(said.pieces) if word not in LEADING]
+    return words[:1] != [] and words[0] in MOVING and any(map(heading, said.pieces))
+
+
+MOVING = frozenset("go move shift slide fly travel drive steer head nudge push pull stay keep pass walk drift".split())
+"""Verbs with which what moves the path begins."""
+
+REVERSING = frozenset("reverse it that this the path route way please now then".split())
+"""All words of an utterance that asks for the way back, not for the other direction of a change."""
+
+
+def _at_odds(heard: Hearing) -> bool:
+    """Whether an utterance that may stand alone is about another thing than the changes that edits would alter.
+
+    "Leave more room around the fan" is not more of "closer to the cup", and "at half of the original speed" gives
+    nothing up.
+    """
+    said, edits = heard.said, heard.edits.edits
+    if not heard.alone.frames or heard.alone.confidence < LIKELY:
+        return False
+    words = {*words_in(said.pieces)}
+    if _gives_up(edits) or _only(edits, E.Drop):
+        return heard.whole and words.isdisjoint(LOSING | REFERRING)
+    things = {name for piece in said.pieces for name in piece.items} & {n for f in heard.alone.frames for n in f.named}
+    scaled = [edit for edit in edits if isinstance(edit, E.Rescale | E.Set | E.Flip)]
+    about = {name for edit in scaled for f in said.before if not edit.on or is_called(f, edit.on) for name in f.named}
+    return bool(things) and len(scaled) == len(edits) and about.isdisjoint(things)
+
+
+LIKELY = 0.3
+"""How sure an utterance has to be an instruction for edits about another thing to be held against it."""
+
+REFERRING = frozenset(
+    """that again instead meant mean wrong redo rather nope nah other still same back original revert wipe leave alone
+    was but everything""".split()
+)
+"""Words that are about what was done, whatever they say besides."""
+
+
+def _asks_for_limit(said: Remark) -> bool:
+    """Whether a bound on the height is asked for, and no other shift: "limit the altitude to 2 metres instead"."""
+    shifted = any(isinstance(frame, F.Shift) for frame in said.before)
+    return shifted and not LIMITING.isdisjoint(word for p in said.pieces for word in p.text.split())
+
+
+LIMITING = frozenset("limit maximum max cap".split())
+"""Words of a bound."""
 
 
 def _drops_unnamed(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether a change is given up that no word names."""
-    named = [said.before[i] for i in said.meant(said.naming)]
-    dropped = [edit.on for edit in edits if isinstance(edit, E.Drop) and edit.on]
-    return any(not any(is_called(frame, on) for frame in named) for on in dropped)
-
-
-def _anew(it: Retrospect, heard: Hearing) -> bool:
-    """Whether a whole instruction that looks back at nothing only sets a number: "go left by 5 cm" after "up"."""
-    sets = it.whole and not it.recalls and _only(it.best.edits, E.Set)
-    return sets and not (_agree(it, heard) and heard.edits.confidence > heard.alone.confidence)
-
-
-def _turns_round(one: Sequence[E.Edit], other: Sequence[E.Edit]) -> bool:
-    """Whether edits are less of something where others are more of it."""
-    changes = [{_sense(edit) for edit in edits if isinstance(edit, E.Rescale)} for edits in (one, other)]
-    return any({a, b} == {"more", "less"} for a in changes[0] for b in changes[1])
-
-
-def _sense(edit: E.Rescale) -> str:
-    """Whether a change is to more or to less of something."""
-    return edit.change or ("more" if (edit.factor or 1.0) > 1.0 else "less")
+    """Whether a change is given up that no word names, nor what is to stay."""
+    named = {*said.meant(said.pieces)}
+    dropped = [edit.on for edit in edits if isinstance(edit, E.Drop) and edit.on and not edit.on.startswith("turn ")]
+    gone = {i for i, frame in enumerate(said.before) for on in dropped if is_called(frame, on)}
+    return bool(gone - named) and not (named and gone == {*range(len(said.before))} - named)
 
 
 def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -311,48 +325,10 @@ def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
 
 def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:
     """Whether edits change nothing: a number for a slot that takes none of its unit."""
-    sure = _counts_turns(edits) or _some(edits, E.Command | E.Again | E.Rescale)
-    return not sure and apply(edits, before, Scene()) == before
-
-
-def _agree(it: Retrospect, heard: Hearing) -> bool:
-    """Whether the feedback of the rules and of the network comes to the same, but for numbers, which the rules read."""
-    one, other = it.best.edits, heard.edits.edits
-    if not (one and other) or _commands(one) != _commands(other):
-        return False
-    alike = _only(one, E.Set) and _slots_set(one) == _slots_set(other)
-    return alike or same(*(apply(edits, it.said.before, Scene()) for edits in (one, other)))
-
-
-def _commands(edits: Sequence[E.Edit]) -> list[E.Edit]:
-    return [edit for edit in edits if isinstance(edit, E.Command)]
-
-
-def _slots_set(edits: Sequence[E.Edit]) -> list[str]:
-    """The slot that each edit sets; "" for other edits."""
-    return [edit.slot if isinstance(edit, E.Set) else "" for edit in edits]
+    whole = _some(edits, E.Command | E.Again | E.Rescale) or any(edit.on.startswith("turn ") for edit in edits)
+    return not whole and apply(edits, before, Scene()) == before
 
 
 def _odds(likely: float) -> float:
     likely = min(max(likely, 0.02), 0.98)
     return math.log(likely / (1 - likely))
-
-
-Ground: TypeAlias = Callable[[Retrospect, Hearing], float | bool]
-
-GROUNDS: dict[str, dict[str, tuple[float, Ground]]] = {
-    "instruction": {
-        "whole": (0.33, lambda it, heard: it.whole),
-        "looks back": (-1.30, lambda it, heard: it.recalls),
-        "other kinds of change": (1.09, lambda it, heard: it.said.elsewhere),
-        "to the network": (0.36, lambda it, heard: _odds(heard.alone.confidence) if heard.alone.frames else 0.0),
-    },
-    "rules": {
-        "both agree": (3.0, lambda it, heard: _agree(it, heard)),
-        "plain": (1.5, lambda it, heard: is_plain(it)),
-        "counts turns": (4.5, lambda it, heard: _counts_turns(it.best.edits)),
-    },
-    "network": {"confidence": (1.35, lambda it, heard: _odds(heard.edits.confidence))},
-}
-"""What speaks for taking an utterance as an instruction, or as the feedback that the rules or the network read, and
-how much, as logarithms of odds; `training/feedback_points.py` fits them on voices that the network had not seen."""

@@ -14,7 +14,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.edits import Also, Edit
-from ovita.instruct.facts import UNKNOWN
+from ovita.instruct.facts import UNKNOWN, clauses
 from ovita.instruct.together import excluded
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
@@ -67,8 +67,10 @@ def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:
     sure = reading.confidence
     certain = sure >= CERTAIN
     doubts = (*contradictions(said, frames, certain=certain), *filter(None, (reading.besides,)))
-    strange = [chunk.text for chunk in said if chunk.kind == "unknown" and len(said) <= CURT and not certain]
-    left = tuple(dict.fromkeys((*reading.unread, *strange)))
+    alone = [clause[-1] for clause in clauses(said) if {chunk.kind for chunk in clause} <= UNKNOWN]
+    strange = [chunk for chunk in said if chunk.kind == "unknown" and len(said) <= CURT]
+    left = tuple(dict.fromkeys((*reading.unread, *(chunk.text for chunk in strange))))
+    strange = [chunk for chunk in strange if not certain or chunk in alone]
     at_once = sure >= DO and not (doubts or strange)
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure >= SHOW else "decline"
     return Understanding(outcome, reading, left, doubts, sure)

@@ -1,4 +1,4 @@
-"""An utterance about what was just done in pieces: phrases of feedback, objects, numbers, and what they can mean."""
+"""An utterance about what was just done in pieces: phrases of feedback, objects, numbers, and what they name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, TypeAlias
 
-from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut
 from ovita.instruct.editing import directions_of, is_called
@@ -39,16 +38,6 @@ GAPS = SKIPPED | {"all", "back", "right"}
 SHORT = (
     ("’", "'"), ("n't", " not"), ("'s ", " is "), ("'ll", " "), ("'d ", " "), ("'re", " "), ("'ve", " "), ("'m ", " "),
 )  # fmt: skip
-ADJECTIVES = {
-    **dict.fromkeys("fast quick quickly hasty rushed".split(), "faster"),
-    **dict.fromkeys("slow slowly".split(), "slower"),
-    **dict.fromkeys("close near".split(), "closer"), **dict.fromkeys("far away distant".split(), "farther"),
-    "high": "up", "low": "down",
-    **dict.fromkeys("big large wide long strong hard tall deep".split(), "more"),
-    **dict.fromkeys("small little narrow short weak tight thin timid modest shy".split(), "less"),
-}  # fmt: skip
-"""What more of an adjective is."""
-
 SENSES = {
     "faster": "faster", "slower": "slower", "closer": "closer", "away": "farther", "withdraw": "farther", "up": "up",
     "raise": "up", "down": "down", "lower": "down", "left": "left", "right": "right", "front": "front", "back": "back",
@@ -57,10 +46,6 @@ SENSES = {
 DIRECTIONS = ("left", "right", "front", "back", "up", "down")
 SAME_AS = {"slight": "slight", "more": "more", "fewer": "less", "double": "twice", "half": "halve", "undo": "undo"}
 """Concepts of the other word files that are cues of feedback too."""
-
-JUDGING = ("too", "so", "not", "less", "as", "2")
-FACTORS = {"twice": 2.0, "treble": 3.0, "halve": 0.5, "third": 1 / 3, "quarter": 0.25, "sesqui": 1.5}
-"""The cues of factors on what was done."""
 
 NOUNS: dict[str, tuple[str, ...]] = {
     "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
@@ -76,17 +61,6 @@ NOUNS: dict[str, tuple[str, ...]] = {
     "noise": ("shake",),
 }  # fmt: skip
 """The frames that a word of feedback, or a concept, can mean."""
-
-
-OTHERS = ("other", "wrong", "the other", "wrong one", "other one")
-"""Words for another object, without its name."""
-
-NOES = ("no", "nope", "nah")
-IDLE = frozenset("if as than now there till does all very what where know".split())
-"""Words of other classes that ask for nothing in feedback."""
-
-POLITE = frozenset("accept keep enough same weak meant but".split())
-"""Cues of words that ask for nothing by themselves."""
 
 
 @cache
@@ -112,25 +86,9 @@ class Phrase:
         return bool(self.items or self.number or self.cues or self.concept)
 
     @property
-    def asks(self) -> bool:
-        """Whether feedback that does not read it leaves out what it may ask for."""
-        polite = self.cues and self.cues <= POLITE and not (self.items or self.number)
-        return self.content and not polite and self.text not in IDLE
-
-    @property
-    def acts(self) -> bool:
-        """Whether it asks for a change, or says how much or to what."""
-        return bool(self.cues & ACTING or self.number or (self.items and not self.cues))
-
-    @property
     def unknown(self) -> bool:
         """Whether it is a word that nothing knows."""
         return not self.content and self.text[0].isalpha() and self.text not in _small()
-
-
-def cues_in(pieces: Iterable[Phrase]) -> set[str]:
-    """The cues of some pieces."""
-    return {cue for piece in pieces for cue in piece.cues}
 
 
 def words_in(pieces: Iterable[Phrase]) -> list[str]:
@@ -305,15 +263,6 @@ class Remark:
 
     pieces: tuple[Phrase, ...]
     before: tuple[F.SemanticFrame, ...]
-    objects: tuple[str, ...] = ()
-
-    def alike(self, frame: F.SemanticFrame) -> tuple[str, ...]:
-        """The other objects that a frame's one object can be mistaken for: of its kind, else any."""
-        if len(frame.named) != 1:
-            return ()
-        rest = [name for name in self.objects if name != frame.named[0]]
-        kind = [name for name in rest if name.split()[-1] == frame.named[0].split()[-1]]
-        return tuple(kind or rest)
 
     @cached_property
     def elsewhere(self) -> bool:
@@ -322,118 +271,20 @@ class Remark:
         naming = any(NOUNS.get(cue) for p in plain for cue in (*p.cues, p.concept))
         return naming and not self.meant(self.pieces)
 
-    @cached_property
-    def praised(self) -> frozenset[int]:
-        """The clauses that only say what is right: "the lift is fine"."""
-        clauses = {p.clause for p in self.pieces if p.content}
-        good = {p.clause for p in self.pieces if p.cues & {"accept", "keep"}}
-        left = good - {p.clause for p in self.pieces if p.acts}
-        return frozenset(left) if clauses - left else frozenset()
-
-    @cached_property
-    def active(self) -> tuple[Phrase, ...]:
-        """The pieces of the other clauses."""
-        return tuple(p for p in self.pieces if p.clause not in self.praised)
-
-    @cached_property
-    def wanted(self) -> list[Phrase]:
-        """The active pieces without a "not" right before them."""
-        return [p for p in self.active if not self.negated(p)]
-
-    @cached_property
-    def others(self) -> list[Phrase]:
-        """The active pieces that say that another object is meant."""
-        return [p for p in self.active if p.text in OTHERS]
-
     @property
     def adds(self) -> bool:
         """Whether something further is asked for: "and near the bottle too"."""
         return bool(self.cued("also")) or any(p.text in ("and", "now", "n") for p in self.pieces[:1])
 
-    @property
-    def corrects(self) -> bool:
-        """Whether something else is said to be meant: "no, near the bottle"."""
-        return bool(self.cued("meant")) or any(p.text in NOES for p in self.pieces[:1])
-
-    def unread(self, used: Sequence[Phrase]) -> bool:
-        """Whether something is asked for beside some pieces, or their clauses hold words that nothing knows."""
-        clauses = {p.clause for p in used}
-        left = [p for p in self.active if p not in used]
-        return any((p.unknown and p.clause in clauses) or (p.asks and not self._refuses(p)) for p in left)
-
-    def _refuses(self, piece: Phrase) -> bool:
-        """Whether a piece is a "no" to what was done, not to what follows."""
-        i = self.active.index(piece)
-        return piece.text in NOES and not any(p.text[0].isalnum() for p in self.active[i + 1 : i + 2])
-
-    @cached_property
-    def naming(self) -> list[Phrase]:
-        """The active pieces that name a frame."""
-        return [p for p in self.active if self.meant([p])]
-
-    @cached_property
-    def headed(self) -> list[Phrase]:
-        """The active pieces that name a direction."""
-        return [p for p in self.active if heading(p)]
-
-    @cached_property
-    def known(self) -> set[str]:
-        """The objects of what was done."""
-        return {name for frame in self.before for name in frame.named}
-
-    def of(self, *kinds: str) -> list[Phrase]:
-        """The active pieces of some concepts."""
-        return [p for p in self.active if p.concept in kinds]
-
     def cued(self, *names: str) -> list[Phrase]:
-        """The active pieces with one of these cues."""
-        return [p for p in self.active if p.cues & set(names)]
-
-    def negated(self, piece: Phrase) -> bool:
-        """Whether a "not" stands right before a piece."""
-        i = self.active.index(piece)
-        near = [p for p in self.active[max(i - 3, 0) : i] if p.clause == piece.clause]
-        return "not" in words_in(near)
-
-    def judged(self, piece: Phrase) -> bool:
-        """Whether "too" or "not so" stands right before an adjective: "too far"."""
-        i = self.active.index(piece)
-        return piece.text in ADJECTIVES and any(p.text in JUDGING for p in self.active[max(i - 1, 0) : i])
-
-    def denies(self, piece: Phrase) -> bool:
-        """Whether "no" or "don't" stands right before a piece."""
-        i = self.active.index(piece)
-        before = [p.text.split()[-1] for p in self.active[:i] if p.text not in ("the", "a", "an")][-1:]
-        compared = piece.text.startswith(("so ", "too ")) or piece.text.endswith("er")
-        return not compared and not {"no", "nae", "not", "without", "senza"}.isdisjoint(before)
+        """The pieces with one of these cues."""
+        return [p for p in self.pieces if p.cues & set(names)]
 
     def meant(self, pieces: Sequence[Phrase]) -> list[int]:
         """Numbers of the frames that pieces name by a noun, a direction or an object; by all of these if one fits."""
         named = [{i for i, frame in enumerate(self.before) if names(p, frame)} for p in pieces]
         found = [frames for frames in named if frames]
         return sorted(set.intersection(*found) or set.union(*found)) if found else []
-
-    @cached_property
-    def targets(self) -> list[int]:
-        """Numbers of the frames that it can be about."""
-        everything = set(range(len(self.before)))
-        left = everything.difference(self.meant([p for p in self.pieces if p.clause in self.praised])) or everything
-        return sorted(left.intersection(self.meant(self.active)) or left)
-
-    @cached_property
-    def texts(self) -> set[str]:
-        """The words of the active pieces, each piece as a whole."""
-        return {p.text for p in self.active}
-
-    @property
-    def turning(self) -> bool:
-        """Whether what was done goes round so many times."""
-        return any(isinstance(f, F.Figure) and (f.turns or f.shape in ("circle", "spiral")) for f in self.before)
-
-    def counted(self, q: F.Quantity) -> bool:
-        """Whether "three times" counts turns, or is another factor than before, rather than one on what was done."""
-        units = {had.unit for frame in self.before for had in frame.quantities.values()}
-        return (self.turning or q.unit in units) and self.texts.isdisjoint(("that", "as", "so"))
 
     def on(self, i: int) -> str:
         """How an edit names a frame: by its kind, or a direction or object of its own; "" where there is only one."""
@@ -443,6 +294,37 @@ class Remark:
         both = (f"{name_of(frame)} {thing}" for thing in frame.named)
         names_ = (name_of(frame), *directions_of(frame), *frame.named, *both)
         return next((name for name in names_ if not any(is_called(f, name) for f in others)), names_[0])
+
+
+def remark(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None = None) -> Remark:
+    """An utterance in pieces, against the frames before it."""
+    return Remark(pieces_of(text, scene, before, positions), tuple(before))
+
+
+def named_frames(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> list[int]:
+    """Numbers of the frames that an answer such as "the shift" names."""
+    said = remark(text, scene, before)
+    return said.meant(said.pieces)
+
+
+def named_objects(text: str, scene: Scene) -> tuple[SceneObject, ...]:
+    """The objects that an answer such as "the blue one" names."""
+    names_ = {name for piece in pieces_of(text, scene, (), None) for name in piece.items}
+    return tuple(item for item in scene if item.name in names_)
+
+
+def vaguely_where(text: str, scene: Scene) -> tuple[str, ...]:
+    """The vague words of an utterance that says only where: "somewhere between the cup and the bottle only"; or ()."""
+    said = remark(text, scene, ())
+    vague = said.cued("vague") if said.cued("only") else []
+    return tuple(piece.text for piece in vague)
+
+
+def stated(text: str, scene: Scene) -> tuple[F.Quantity | None, set[str]]:
+    """The one quantity of an utterance, or None, and its words."""
+    pieces = pieces_of(text, scene, (), None)
+    numbers = [piece.number for piece in pieces if piece.number]
+    return (numbers[0] if len(numbers) == 1 else None), {*words_in(pieces)}
 
 
 def names(piece: Phrase, frame: F.SemanticFrame) -> bool:
@@ -457,68 +339,3 @@ def heading(piece: Phrase) -> str:
     sense = SENSES.get(piece.concept, "")
     words = sense if sense in DIRECTIONS else next((d for d in DIRECTIONS if d in piece.cues), "")
     return "" if piece.text.endswith("er") else words
-
-
-def senses_of(frame: F.SemanticFrame) -> set[str]:
-    """What more of a frame is more of."""
-    found = {"more", *directions_of(frame)}
-    found |= {"farther"} if getattr(frame, "offset", ()) else set()
-    match frame:
-        case F.Pace(change="set" | "cap", amount=F.Quantity(unit="s")):
-            found |= {"longer", "slower"}
-        case F.Pace():
-            found.add("slower" if _slows(frame) else "faster")
-        case F.Approach(sense=sense):
-            found.add(sense)
-        case F.Clearance(distance=F.Quantity(role="at_most")) | F.MoveEnd(relation="toward"):
-            found.add("closer")
-        case F.Clearance() | F.MoveEnd(relation="away"):
-            found.add("farther")
-        case F.Resize(change="smaller"):
-            found |= {"less", "smaller"}
-        case F.Curve(change=change):
-            found.add("bent" if change == "more" else "straight")
-    return found | _GROWING.get(type(frame), set()) - ({"larger"} if "smaller" in found else set())
-
-
-def _slows(pace: F.Pace) -> bool:
-    """Whether a pace slows down, rather than speeds up."""
-    return pace.change in ("slower", "rampdown", "turns") if pace.factor is None else pace.factor < 1
-
-
-_GROWING: dict[type[F.SemanticFrame], set[str]] = {
-    F.Wait: {"longer"}, F.Hop: {"up"}, F.Hover: {"up"}, F.Height: {"up"}, F.Figure: {"larger"}, F.Resize: {"larger"},
-}  # fmt: skip
-"""What more of a frame is, whatever it says."""
-
-
-ACTING = frozenset(
-    """undo redo restart explain again flip ccw cw more less twice treble halve third quarter sesqui meant only except
-    also""".split()
-)
-"""Cues that ask for a change."""
-
-
-def steps_of(piece: Phrase) -> int:
-    """How many turns a piece counts: "the last two", "both"."""
-    q = piece.number
-    return 2 if piece.text == "both" else int(q.value) if q and q.unit in ("", "step") and 1 < q.value <= 50 else 0
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One way to read an utterance.
-
-    Args:
-        edits: What it changes.
-        used: The pieces that it is read from.
-        question: What has to be asked back.
-        asked: What could be meant.
-        sure: Whether its words can be taken no other way, whatever the network says.
-    """
-
-    edits: tuple[E.Edit, ...]
-    used: Sequence[Phrase]
-    question: str = ""
-    asked: tuple[str, ...] = ()
-    sure: bool = False

@@ -56,11 +56,12 @@ def left_over(words: Sequence[str], edits: Sequence[E.Edit], chunks: Sequence[Ch
         chunks: The utterance in chunks.
         said: The utterance against the frames before it.
     """
-    held = [q.value for frame in said.before for _, q in _stated(frame)]
+    held = [q.value for frame in said.before for _, q in held_in(frame)]
     held += [edit.quantity.value for edit in edits if isinstance(edit, E.Set)]
     known = {piece.text for piece in said.pieces if said.meant([piece])} | {n for f in said.before for n in f.named}
     stale = [i for value in held for i in _where(chunks, value)]
     old = {word for i in stale for word in chunks[i].text.lower().split()}
+    old |= {f"{value:g}" for value in held} | {"back"} | ({"1"} if "one" in words_in(said.pieces) else set())
     return tuple(word for word in words if word not in known and not {*word.lower().split()} & old)
 
 
@@ -85,7 +86,7 @@ def _in_its_unit(edit: E.Edit, before: Sequence[F.SemanticFrame], numbers: Seque
         return edit
     guesses = (1.0,) if not edit.quantity.unit else (1.0, 0.01, 0.001)
     bare = next((n for n in numbers for unit in guesses if math.isclose(n * unit, edit.quantity.value)), None)
-    stated = (pair for frame in reversed(before) for pair in _stated(frame))
+    stated = (pair for frame in reversed(before) for pair in held_in(frame))
     had = next((q for slot, q in stated if edit.slot in (slot, q.role)), None)
     if bare is None or had is None or had.unit != "m" or had.value <= 0.0:
         return edit
@@ -100,7 +101,7 @@ def _likelier(bare: float, had: F.Quantity) -> float:
     return min(likely, key=lambda one: abs(math.log(one / had.value)), default=bare)
 
 
-def _stated(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:
+def held_in(frame: F.SemanticFrame) -> list[tuple[str, F.Quantity]]:
     """The quantities of a frame by their slots, also those along directions."""
     return [*frame.quantities.items(), *((way, q) for way, q in getattr(frame, "offset", ()) if q is not None)]
 
@@ -130,9 +131,14 @@ def _step(chunks: Sequence[Chunk], i: int, slot: str) -> Step:
     first, second, *_ = [*behind, "", ""]
     if first == "too":
         return _judged(second, slot)
-    if first in MORE or behind[:2] == ["on", "top"] or before in ADDING:
+    if first in COMPARATIVES:
+        return 1 if COMPARATIVES[first] == slot else -1 if slot in F.OPPOSITES else 0
+    led = [word for chunk in chunks[max(i - 4, 0) : i] for word in chunk.text.lower().split()]
+    verbs = {*led} if led[-1:] == ["by"] else set()
+    own = chunks[i].text.lower().split()[0]
+    if first in MORE or own in ADDING or behind[:2] == ["on", "top"] or before in ADDING or GROW & verbs:
         return 1
-    return -1 if first in LESS or (first == "off" and second in ("", ",", ".", "and", "it", "that")) else 0
+    return -1 if first in LESS or SHRINK & verbs or (first == "off" and second in PARTING) else 0
 
 
 def _judged(word: str, slot: str) -> Step:
@@ -144,6 +150,9 @@ def _judged(word: str, slot: str) -> Step:
 
 MORE = frozenset("more extra additional further longer".split())
 LESS = frozenset("less fewer shorter".split())
+GROW, SHRINK = frozenset(("increase", "raise", "bump", "extend")), frozenset(("reduce", "decrease", "lower", "shorten"))
+COMPARATIVES = {"higher": "up", "lower": "down"}
+PARTING = ("", ",", ".", "and", "it", "that")
 ADDING = frozenset(("another", "additional", "extra", "an extra", "an additional", "add"))
 """Words behind, and before, an amount that is a difference."""
 
@@ -175,9 +184,10 @@ GROWING = frozenset("increase raise bump more grow larger bigger extend up".spli
 
 def given_up(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
     """What gives up some changes as what gives up those that are named, or all but those that are to stay."""
-    if not edits or not all(isinstance(edit, E.Drop) for edit in edits):
+    if not edits or not all(map(_gives_up, edits)):
         return edits
-    stays, goes = (_named_with(words, said) for words in (KEEPING, LOSING))
+    goes = _named_with(LOSING, said)
+    stays = _named_with(KEEPING, said) - _named_with(AS_IT_WAS, said)
     if stays and goes - stays:  # "keep the shift but not the slowing"
         return _drops(said, goes - stays)
     named = {*said.meant(said.pieces)}
@@ -187,10 +197,17 @@ def given_up(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
     losing, all_but = words & LOSING, words & {"rest", "else"} or ("but" in words and words & {"all", "everything"})
     if all_but:
         return _drops(said, others if losing or words & KEEPING else named)
-    if words & KEEPING and not losing and not words & AS_IT_WAS:
+    if (stays == named and not goes) or (words & KEEPING and not losing and not words & AS_IT_WAS):
         return _drops(said, others)
     gone = {i for i, frame in enumerate(said.before) for one in edits if not one.on or is_called(frame, one.on)}
+    if len(said.before) == 1 or any(isinstance(one, E.Command) and one.steps > 1 for one in edits):
+        return edits
     return _drops(said, named) if named < gone or named.isdisjoint(gone) else edits
+
+
+def _gives_up(edit: E.Edit) -> bool:
+    """Whether an edit gives up a change, or takes turns back."""
+    return isinstance(edit, E.Drop) or (isinstance(edit, E.Command) and edit.command in ("undo", "restart"))
 
 
 def _named_with(words: frozenset[str], said: Remark) -> set[int]:

@@ -24,7 +24,7 @@ from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import quoted
 
 if TYPE_CHECKING:
-    from ovita.instruct.looking_back import Hearing, Retrospect
+    from ovita.instruct.looking_back import Hearing
 
 
 def understand(
@@ -151,7 +151,7 @@ def read(text: str, scene: Scene, trajectory: Trajectory | None = None) -> F.Rea
 
 
 def feedback(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> F.Reading | None:
-    """Feedback as the rules or the network read it, whichever is likelier meant; None where it is none.
+    """An utterance as edits of the frames before it, or a question about them; None where it is an instruction.
 
     Args:
         text: As it was said or typed.
@@ -159,36 +159,29 @@ def feedback(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positio
         before: The frames that it may be about.
         positions: The path (N, 3) [m], or None.
     """
-    from ovita.instruct.looking_back import looks_back, weighed
+    from ovita.instruct.looking_back import weighed
 
-    found, heard = overheard(text, scene, before, positions)
-    if heard is None:
-        return found.reading if looks_back(found) else None
-    return weighed(found, heard)
+    return weighed(overheard(text, scene, before, positions))
 
 
-def overheard(
-    text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None
-) -> tuple[Retrospect, Hearing | None]:
-    """An utterance as feedback by the rules, and what the network says of it where it has to be asked."""
-    from ovita.instruct.feedback import retrospect
+def overheard(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None) -> Hearing:
+    """An utterance as the reader hears it as feedback, and as an instruction."""
     from ovita.instruct.looking_back import Hearing
+    from ovita.instruct.remarks import remark
     from ovita.instruct.revised import given_up, left_over, revised
+    from ovita.instruct.which import other_one, settled, unasked
 
+    text = other_one(text, scene, before)
     text, _ = with_landmarks(text, scene, positions)
     said, _ = chunks(text, scene, positions)
-    reader = learned_reader()
-    alone = reader.read(text, scene, positions)
-    found = retrospect(text, scene, before, positions, alone)
-    edits = revised(in_units(found.reading, said, positions).edits, said, found.said)
-    found = replace(found, best=replace(found.best, edits=edits))
-    guessed = all(chunk.kind in UNKNOWN for chunk in said) and not any(p.content for p in found.said.pieces)
-    if guessed or not before:
-        return found, None
-    learned = in_units(reader.read(text, scene, positions, before), said, positions)
-    edits = given_up(revised(learned.edits, said, found.said), found.said)
-    learned = replace(learned, edits=edits, unread=left_over(learned.unread, edits, said, found.said))
-    return found, Hearing(learned, alone)
+    told, reader = remark(text, scene, before, positions), learned_reader()
+    if all(chunk.kind in UNKNOWN for chunk in said) and not any(piece.content for piece in told.pieces):
+        return Hearing(told, F.Reading(), F.Reading())
+    edits = in_units(reader.read(text, scene, positions, before), said, positions)
+    made = given_up(revised(edits.edits, said, told), told)
+    edits = unasked(settled(replace(edits, edits=made), told), told)
+    edits = replace(edits, unread=left_over(edits.unread, edits.edits, said, told))
+    return Hearing(told, edits, reader.read(text, scene, positions))
 
 
 @cache

@@ -9,7 +9,7 @@ from typing import Any
 
 from ovita.instruct.frames import Approach, Clearance, SemanticFrame
 from ovita.instruct.sketch import DETERMINERS, Fragment, Sketch
-from ovita.paths.part import PathPart
+from ovita.paths.part import WHOLE, PathPart
 
 COUNTED = {word: k + 1 for k, word in enumerate("first second third fourth fifth sixth".split())}
 """Which share of a path a word before it counts: "the second quarter"."""
@@ -40,7 +40,8 @@ def placed(item: Any, pieces: Sequence[Fragment], seen: Sketch) -> Any:
     if not isinstance(item, SemanticFrame):
         return item
     if isinstance(item, Approach | Clearance) and (rest := _all_but(item.objects, seen)):
-        item = replace(item, objects=rest)
+        spared = item.part.parts[0].places if item.part.kind == "outside" else ()
+        item = replace(item, objects=rest, part=WHOLE if {*spared} & {*item.objects} else item.part)
     words = [piece.text.lower() for piece in pieces]
     part = _placed(item.part, words, seen)
     return item if part is item.part else replace(item, part=part)

@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from ovita.dialogue.session import Session
 from ovita.errors import OvitaError, RequestError
-from ovita.instruct.feedback import named_objects
+from ovita.instruct.remarks import named_objects
 from ovita.io.files import make_folder, state_folder
 from ovita.paths.correspondence import carried_over
 from ovita.paths.part import WHOLE, PathPart
