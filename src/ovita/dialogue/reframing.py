@@ -205,7 +205,8 @@ class DialogueState:
             parameters = self._parameters_named(said, results[-1], reading)
             if parameters:
                 return Feedback(said, Reading(), frames, first, values, parameters)
-        if reading is None or _leaves_nothing(reading, frames):
+        commands = reading is not None and all(isinstance(edit, Command) for edit in reading.edits)
+        if reading is None or _leaves_nothing(reading, frames) or not (results or commands):
             return None
         feedback = Feedback(said, reading, frames, first, values)
         doable = not results or results[-1].frames or self._by_parameters(feedback, results[-1])

@@ -294,6 +294,14 @@ def _wish_left(it: Facts) -> str:
     return ""
 
 
+def _thing_unknown(it: Facts) -> str:
+    """A thing that nobody knows beside one of the scene: "over the bees and the truck"."""
+    for one, link, other in zip(it.row, it.row[1:], it.row[2:], strict=False):
+        if one.kind == "unknown" and link.kind in ("and", "or") and other.kind == "OBJ":
+            return f"{one.text!r} has no place in it."
+    return ""
+
+
 def _is_strange(chunk: Chunk) -> bool:
     """Whether a word may ask for something that no frame holds: one that is unknown, or "dance"."""
     return chunk.kind == "unknown" or (chunk.kind == "path" and chunk.text.lower().split()[-1] not in OWN_NAMES)
@@ -433,7 +441,8 @@ def _two_points(it: Facts) -> str:
 
 CHECKS: tuple[Check, ...] = (
     _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two, _way_left, _two_points,
-    _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit, _exception_left, _unsaid, _half_left,
+    _thing_unknown, _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit, _exception_left,
+    _unsaid, _half_left,
 )  # fmt: skip
 IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""

@@ -223,7 +223,10 @@ def _mention_at(
 ) -> tuple[Referent | None, int]:
     if _is_nothing(words, i):
         return None, 1
-    last = next((m.items for m in reversed(earlier) if m.items), ())
+    things = [m.items for m in earlier if m.items]
+    last = things[-1] if things else ()
+    if words[i] == "them" and len(last) == 1 and len(things) > 1 and "and" in words[:i]:
+        last = tuple(dict.fromkeys((*things[-2], *last)))  # "from the shelf and the lamp, and slower near them"
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
     if named is not None and len(named.items) == 1 and words[i] == "both":  # "both the cup and the lamp"
         return None, 1

@@ -100,6 +100,8 @@ def _plainly(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
         part = said.before[placed[-1]].part
         kind = OTHER_KIND.get(part.kind, "")
         return (E.Restrict(on=said.on(placed[-1]), part=replace(part, kind=kind)),) if kind else ()
+    if len(edits) == 1 and isinstance(edits[0], E.Except) and "not everywhere" in " ".join(words) and "only" in words:
+        return (E.Restrict(on=edits[0].on, part=edits[0].part),)
     excepted = [edit for edit in edits if isinstance(edit, E.Except) and edit.part.kind in ("first", "last")]
     if excepted and len(excepted) == len(edits) and _both_ends(said):
         return tuple(replace(excepted[0], part=replace(excepted[0].part, kind=kind)) for kind in ("first", "last"))
