@@ -69,43 +69,67 @@ def settled(reading: F.Reading, said: Remark) -> F.Reading:
         reading: As it was read.
         said: The utterance against the frames before it.
     """
-    if plain := _plainly(reading.edits, said):
-        return replace(reading, edits=plain, unread=(), question="", confidence=max(reading.confidence, CLEAR))
-    edits = tuple(_so_many(edit, words_in(said.pieces)) for edit in reading.edits)
+    plain: Sequence[E.Edit] = ()
+    if len(reading.edits) <= 2 or all(isinstance(edit, E.Drop | E.Command) for edit in reading.edits):
+        plain = next(filter(None, (rule(reading.edits, said) for rule in PLAINLY)), ())
+    if plain:
+        return replace(reading, edits=tuple(plain), unread=(), question="", confidence=max(reading.confidence, CLEAR))
+    edits = tuple(_so_many(edit, said) for edit in reading.edits) if len(reading.edits) == 1 else reading.edits
     edits = tuple(_called(_at_its_end(_instead(_compared(edit, said), said), said), said) for edit in edits)
     return replace(reading, edits=edits)
 
 
-def _plainly(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
-    """The edits that words say by themselves, whatever was read; () where they don't."""
+def _turn_given_up(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """Without one of the turns, by its number: "forget the first one"."""
+    given_up = edits and all(isinstance(edit, E.Drop | E.Command) for edit in edits)
+    turn = _numbered(said) if given_up else 0
+    return [E.Drop(on=f"turn {turn}")] if turn else []
+
+
+def _mere_no(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """A step back, where only no is said: "please don't"."""
     words = words_in(said.pieces)
-    if all(isinstance(edit, E.Drop | E.Command) for edit in edits) and (turn := _numbered(edits, said)):
-        return (E.Drop(on=f"turn {turn}"),)
-    if len(edits) > 2:
-        return ()
-    if DENYING & {*words} and REFUSING.issuperset(words):
-        return (E.Command(command="undo"),)
-    if kept := _ends_kept(said) or _another_so_much(said):
-        return kept
-    if thing := _meant_thing(said):
-        return (thing,)
-    if (turned := _turned(said)) is not None:
-        return (E.Flip(on=said.on(turned)),)
-    if ways := _denied_ways(said):
-        return tuple(E.Drop(on=way) for way in ways)
-    placed = [i for i, frame in enumerate(said.before) if frame.part]
-    if placed and EVERYWHERE & {*words} and ALONG.issuperset(words):
-        return (E.Restrict(on=said.on(placed[-1]), part=WHOLE),)
-    if placed and "other" in words and PARTS & {*words} and OTHER_PART.issuperset(words):
-        part = said.before[placed[-1]].part
-        kind = OTHER_KIND.get(part.kind, "")
-        return (E.Restrict(on=said.on(placed[-1]), part=replace(part, kind=kind)),) if kind else ()
-    if len(edits) == 1 and isinstance(edits[0], E.Except) and "not everywhere" in " ".join(words) and "only" in words:
-        return (E.Restrict(on=edits[0].on, part=edits[0].part),)
-    excepted = [edit for edit in edits if isinstance(edit, E.Except) and edit.part.kind in ("first", "last")]
-    if excepted and len(excepted) == len(edits) and _both_ends(said):
-        return tuple(replace(excepted[0], part=replace(excepted[0].part, kind=kind)) for kind in ("first", "last"))
-    return ()
+    return [E.Command(command="undo")] if DENYING & {*words} and REFUSING.issuperset(words) else []
+
+
+def _only_there(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """Only in the part that was taken for the one to leave out: "not everywhere, only over the bottle"."""
+    words = words_in(said.pieces)
+    match edits:
+        case [E.Except(on=on, part=part)] if "not everywhere" in " ".join(words) and "only" in words:
+            return [E.Restrict(on=on, part=part)]
+    return []
+
+
+def _everywhere(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """On the whole path, where nothing else is said."""
+    words, placed = words_in(said.pieces), _last_placed(said)
+    if placed is None or EVERYWHERE.isdisjoint(words) or not ALONG.issuperset(words):
+        return []
+    return [E.Restrict(on=said.on(placed), part=WHOLE)]
+
+
+def _other_part(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """In the other half, where nothing else is said."""
+    words, placed = words_in(said.pieces), _last_placed(said)
+    if placed is None or "other" not in words or PARTS.isdisjoint(words) or not OTHER_PART.issuperset(words):
+        return []
+    part = said.before[placed].part
+    kind = OTHER_KIND.get(part.kind, "")
+    return [E.Restrict(on=said.on(placed), part=replace(part, kind=kind))] if kind else []
+
+
+def _last_placed(said: Remark) -> int | None:
+    """The number of the last change of a part of the path; None of none."""
+    return next((i for i in reversed(range(len(said.before))) if said.before[i].part), None)
+
+
+def _but_both_ends(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """Without both ends, where one was read and both are named."""
+    ends = [edit for edit in edits if isinstance(edit, E.Except) and edit.part.kind in ("first", "last")]
+    if not ends or len(ends) < len(edits) or not _both_ends(said):
+        return []
+    return [replace(ends[0], part=replace(ends[0].part, kind=kind)) for kind in ("first", "last")]
 
 
 OTHER_KIND = {"first": "last", "last": "first", "before": "after", "after": "before"}
@@ -114,24 +138,24 @@ OTHER_PART = PARTS | frozenset("no not the other in on please i meant mean sorry
 """The part that another is not, words for parts, and all words of an utterance that means the other one."""
 
 
-def _ends_kept(said: Remark) -> tuple[E.Edit, ...]:
+def _ends_kept(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """What leaves the ends that are named where they were, of the one change: "the end should stay where it was"."""
     ends = [end for end in ("start", "goal") if _both_ends(said) or end in {p.concept for p in said.pieces}]
     told = any(p.number or p.items or heading(p) for p in said.pieces)
     if not ends or told or STAYS.isdisjoint(words_in(said.pieces)) or len(said.before) != 1 or said.before[0].part:
-        return ()
+        return []
     kinds = {"start": "first", "goal": "last"}
-    return tuple(E.Except(part=PathPart(kinds[end])) for end in ends)
+    return [E.Except(part=PathPart(kinds[end])) for end in ends]
 
 
-def _another_so_much(said: Remark) -> tuple[E.Edit, ...]:
+def _another_so_much(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """So much more of the only amount there is: "another 3 cm"."""
     numbers = [piece.number for piece in said.pieces if piece.number]
     rest = {word for piece in said.pieces if not piece.number for word in piece.text.split()}
     if len(said.before) != 1 or len(numbers) != 1 or not rest & ANOTHER or not rest <= ANOTHER | BESIDES:
-        return ()
+        return []
     slot = next((slot for slot, units in slots(said.before[0]).items() if numbers[0].unit in units), "")
-    return (E.Set(slot=slot, quantity=numbers[0], step=1),) if slot and numbers[0].unit else ()
+    return [E.Set(slot=slot, quantity=numbers[0], step=1)] if slot and numbers[0].unit else []
 
 
 ANOTHER, BESIDES = frozenset(("another", "extra", "additional")), frozenset("please , . ! and by an".split())
@@ -185,17 +209,16 @@ PLAIN = frozenset(
 """Words of a mere repetition, of a mere no, and those beside a plain number."""
 
 
-def _so_many(edit: E.Edit, words: Sequence[str]) -> E.Edit:
+def _so_many(edit: E.Edit, said: Remark) -> E.Edit:
     """So many steps back or forth as are counted: "undo both"."""
-    counts = [COUNTS[word] for word in words if word in COUNTS]
+    plain = (p for p in said.pieces if p.number is None or p.number.unit in ("", "step", "x"))
+    counts = [COUNTS[word] for piece in plain for word in piece.text.split() if word in COUNTS]
     several = isinstance(edit, E.Command) and edit.command in ("undo", "redo") and edit.steps == 1 and len(counts) == 1
     return replace(edit, steps=counts[0]) if several else edit  # type: ignore[call-arg]
 
 
-def _numbered(edits: Sequence[E.Edit], said: Remark) -> int:
+def _numbered(said: Remark) -> int:
     """The number of the turn that is given up: "forget the first one", "only the first" of two; 0 for none."""
-    if not edits:
-        return 0
     told: dict[bool, list[int]] = {True: [], False: []}
     for before, piece, behind in zip(said.pieces, said.pieces[1:], (*said.pieces[2:], None), strict=False):
         number = NUMBERED.get(piece.text.split()[-1], 0)
@@ -214,14 +237,15 @@ STAYING = frozenset("only just keep".split())
 """Words behind a number of a turn, and in clauses of what was right and of what is to stay."""
 
 
-def _denied_ways(said: Remark) -> list[str]:
-    """The directions among several that are not to be gone, where nothing else is said: "not forward"."""
+def _denied_ways(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """Without directions among several, where nothing else is said: "not forward", "only left"."""
     ways = {way for frame in said.before for way in directions_of(frame)}
     pieces = [piece for piece in said.pieces if piece.content and piece.text not in DENYING]
     words, named = {*words_in(said.pieces)}, [heading(piece) for piece in pieces if not piece.cues & {"only", "not"}]
     if not named or not all(named) or not {*named} < ways:
         return []
-    return named if DENYING & words else sorted(ways - {*named}) if words & {"only", "just"} else []
+    gone = named if DENYING & words else sorted(ways - {*named}) if words & {"only", "just"} else []
+    return [E.Drop(on=way) for way in gone]
 
 
 def _compared(edit: E.Edit, said: Remark) -> E.Edit:
@@ -246,24 +270,25 @@ TURNING = frozenset("too not less enough so never no much as".split())
 """Words that turn a comparative round: "not so slow"."""
 
 
-def _turned(said: Remark) -> int | None:
-    """The number of the change whose opposite is said, and itself denied: "no, slower, not faster"; or None."""
+def _turned(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+    """The other way round, where the opposite of a change is said, and itself denied: "no, slower, not faster"."""
     plain, denied = set[str](), set[str]()
     for before, piece in pairwise((None, *said.pieces)):
         if piece is not None and (sense := SENSES.get(piece.concept, "")):
             (denied if before is not None and before.text == "not" else plain).add(sense)
     about = [i for i, frame in enumerate(said.before) if denied & _senses(frame)]
-    return about[0] if len(denied) == len(about) == 1 and {OPPOSITE.get(sense) for sense in plain} == denied else None
+    turned = len(denied) == len(about) == 1 and {OPPOSITE.get(sense) for sense in plain} == denied
+    return [E.Flip(on=said.on(about[0]))] if turned else []
 
 
-def _meant_thing(said: Remark) -> E.Edit | None:
+def _meant_thing(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """Another thing in place of the last that was named, where only that is said: "I meant the bottle"."""
     content = [piece for piece in said.pieces if piece.content and not piece.cues & {"meant", "not", "only"}]
     things = [piece for piece in content if piece.items]
     known = [i for i, frame in enumerate(said.before) if frame.named]
     if not said.cued("meant") or len(things) != 1 or len(content) != 1 or not known or len(things[0].items) != 1:
-        return None
-    return E.Replace(on=said.on(known[-1]), objects=things[0].items)
+        return []
+    return [E.Replace(on=said.on(known[-1]), objects=things[0].items)]
 
 
 def _at_its_end(edit: E.Edit, said: Remark) -> E.Edit:
@@ -327,3 +352,10 @@ def _senses(frame: F.SemanticFrame) -> set[str]:
         slow = frame.amount.unit == "s" or (frame.amount.unit in ("x", "%") and frame.amount.value < 1.0)
         return {"slower" if slow else "faster"}
     return {*directions_of(frame), str(getattr(frame, "change", "")), str(getattr(frame, "sense", ""))} - {""}
+
+
+PLAINLY = (
+    _turn_given_up, _mere_no, _ends_kept, _another_so_much, _meant_thing, _turned, _denied_ways, _everywhere,
+    _other_part, _only_there, _but_both_ends,
+)  # fmt: skip
+"""What words say by themselves, whatever was read; the first that does counts."""
