@@ -58,6 +58,11 @@ def test_what_is_dropped_and_what_to_do_instead_come_back_as_one():
     assert session.redo() and np.array_equal(session.current.to_array(), after.to_array())
 
 
+def test_nothing_is_split_off_that_is_not_understood():
+    session, result = talk("5 cm to the left", "make it 10 cm, and fly to the lamp and dance")
+    assert result.status != "done" or len(session.steps) == 1
+
+
 def test_a_first_half_that_fails_is_told():
     session = Session(PATH, THINGS, "jackal", writer="builtin")
     session.say("5 cm to the left")

@@ -32,6 +32,12 @@ SCENE = Scene(
         ("Thin out the samples by a factor of two.", "waypoints by=0.5x"),
         ("Never in front of the tuba.", "side tuba back"),
         ("Gap to tuba times 0.5.", "closer tuba by=0.5x"),
+        ("go 5 cm closer to the tuba", "closer tuba by=5cm"),
+        ("hug the tuba closer, about a foot off", "clearance tuba at=1ft"),
+        (
+            "slower over the hoop and the tuba, and 2 m/s at most near them",
+            "pace slower @near=hoop+tuba; pace at_most=2m/s @near=hoop+tuba",
+        ),
         ("First half takes ten minutes, second half takes six.", "pace to=10min @first=50%; pace to=6min @last=50%"),
     ],
 )

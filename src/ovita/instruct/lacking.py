@@ -174,8 +174,8 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return _put(item, text, seen), NOWHERE
         case Side(direction="left" | "right" | "front" | "back") if beside := _on_your_side(text) or _kept_off(seen):
             return replace(item, direction=OPPOSITES[beside], along=False), NOWHERE
-        case Approach(sense="farther", by=Quantity(unit="x", value=times)) if times < 1.0:
-            return replace(item, sense="closer"), NOWHERE
+        case Approach(by=Quantity()) if (nearer := _nearer(item, seen)) is not item:
+            return nearer, NOWHERE
         case Approach() | Clearance() if changed := _gap_changed(text):
             return _with_gap(item, changed), NOWHERE
         case Pace():
@@ -399,6 +399,22 @@ def _says(text: str, phrases: Sequence[str]) -> bool:
 
 LAID = frozenset("leave leaving keep keeping with have having remain remains stay stays".split())
 """Words with which a thing lies on somebody's side."""
+
+
+def _nearer(item: Approach, seen: Sketch) -> SemanticFrame:
+    """What comes to half its distance, or to so far off, in place of farther by half and closer by so much."""
+    match item:
+        case Approach(sense="closer", by=Quantity(unit="m") as gap) if _is_left(gap, seen):
+            return Clearance(objects=item.objects, distance=replace(gap, role="at"), part=item.part, words=item.words)
+        case Approach(sense="farther", by=Quantity(unit="x", value=times)) if times < 1.0:
+            return replace(item, sense="closer")
+    return item
+
+
+def _is_left(gap: Quantity, seen: Sketch) -> bool:
+    """Whether a length is how far off something comes closer, not by how much: "closer to the shelf, a foot off"."""
+    behind = [b.text.lower() for a, b in pairwise(seen.pieces) if a.mention >= 0 and _is(seen, a.mention, gap)]
+    return not {"off", "away"}.isdisjoint(behind)
 
 
 def _gap_changed(text: str) -> str:

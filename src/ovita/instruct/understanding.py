@@ -180,7 +180,8 @@ def overheard(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positi
     edits = in_units(reader.read(text, scene, positions, before), said, positions)
     made = given_up(revised(edits.edits, said, told), told)
     edits = unasked(settled(replace(edits, edits=made), told), told)
-    edits = replace(edits, unread=left_over(edits.unread, edits.edits, said, told))
+    strange = [c[1].text for c in clauses(said) if [chunk.kind for chunk in c[:2]] == ["and", "unknown"]]  # "and dance"
+    edits = replace(edits, unread=left_over((*edits.unread, *strange), edits.edits, said, told))
     return Hearing(told, edits, reader.read(text, scene, positions))
 
 
