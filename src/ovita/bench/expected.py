@@ -344,8 +344,6 @@ def _figure(case: Asked, frame: F.Figure) -> Check:
         return asked.corkscrews(frame.turns.value if frame.turns else None, where=where)
     if frame.shape in ("circle", "spiral"):
         return _wound(case, frame, place)
-    if frame.shape in ("eight", "shake") and case.has(F.Return):
-        return P.not_(P.same_path())
     if frame.shape == "eight":
         long = 4 * size if size is not None and frame.size is None else size
         return asked.figure_eight(size=long, near=None if where else place)

@@ -193,11 +193,8 @@ class DialogueState:
         if vaguely_where(said, self.now.scene):
             return None
         reading = refereed(said, self.now.scene, frames, self.current.positions)
-        if (
-            reading is not None
-            and not (results and self.offline)
-            and any(isinstance(edit, Also) for edit in reading.edits)
-        ):
+        adds = reading is not None and any(isinstance(edit, Also) for edit in reading.edits)
+        if adds and not (results and self.offline):
             return None
         if reading is not None and reading.question and self.history.in_force:
             reading = self._of_the_newest(said) or reading

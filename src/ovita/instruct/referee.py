@@ -70,8 +70,8 @@ def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:
     alone = [clause[-1] for clause in clauses(said) if {chunk.kind for chunk in clause} <= UNKNOWN]
     strange = [chunk for chunk in said if chunk.kind == "unknown" and len(said) <= CURT]
     left = tuple(dict.fromkeys((*reading.unread, *(chunk.text for chunk in strange))))
-    strange = [chunk for chunk in strange if not certain or chunk in alone]
-    at_once = sure >= DO and not (doubts or strange)
+    held_up = [chunk for chunk in strange if not certain or chunk in alone]
+    at_once = sure >= DO and not (doubts or held_up)
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure >= SHOW else "decline"
     return Understanding(outcome, reading, left, doubts, sure)
 

@@ -47,7 +47,8 @@ def other_one(text: str, scene: Scene, before: Sequence[F.SemanticFrame]) -> str
         return text
     noun, words = singular(found[2].lower()), {*text.lower().split()}
     instead = words <= {*found[0].lower().split(), *INSTEAD} or found[1].lower() == "wrong"
-    kinds = {head_of(canonical(name).split()) for name in meant} & ({noun} if noun != "one" else {*map(_kind, meant)})
+    kinds = {*map(_kind, meant)}
+    kinds &= kinds if noun == "one" else {noun}
     others = [item.name for item in scene if _kind(item.name) in kinds and item.name not in meant]
     if len(others) != 1:
         return text
@@ -59,6 +60,7 @@ INSTEAD = frozenset("no no, not please one oops sorry sorry, wait i mean meant, 
 
 
 def _kind(name: str) -> str:
+    """The noun in an object's name."""
     return head_of(canonical(name).split())
 
 
@@ -237,7 +239,7 @@ STAYING = frozenset("only just keep".split())
 """Words behind a number of a turn, and in clauses of what was right and of what is to stay."""
 
 
-def _denied_ways(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+def _without_ways(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """Without directions among several, where nothing else is said: "not forward", "only left"."""
     ways = {way for frame in said.before for way in directions_of(frame)}
     pieces = [piece for piece in said.pieces if piece.content and piece.text not in DENYING]
@@ -270,7 +272,7 @@ TURNING = frozenset("too not less enough so never no much as".split())
 """Words that turn a comparative round: "not so slow"."""
 
 
-def _turned(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+def _turned_round(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """The other way round, where the opposite of a change is said, and itself denied: "no, slower, not faster"."""
     plain, denied = set[str](), set[str]()
     for before, piece in pairwise((None, *said.pieces)):
@@ -281,7 +283,7 @@ def _turned(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     return [E.Flip(on=said.on(about[0]))] if turned else []
 
 
-def _meant_thing(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
+def _another_thing(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
     """Another thing in place of the last that was named, where only that is said: "I meant the bottle"."""
     content = [piece for piece in said.pieces if piece.content and not piece.cues & {"meant", "not", "only"}]
     things = [piece for piece in content if piece.items]
@@ -355,7 +357,7 @@ def _senses(frame: F.SemanticFrame) -> set[str]:
 
 
 PLAINLY = (
-    _turn_given_up, _mere_no, _ends_kept, _another_so_much, _meant_thing, _turned, _denied_ways, _everywhere,
+    _turn_given_up, _mere_no, _ends_kept, _another_so_much, _another_thing, _turned_round, _without_ways, _everywhere,
     _other_part, _only_there, _but_both_ends,
 )  # fmt: skip
 """What words say by themselves, whatever was read; the first that does counts."""
