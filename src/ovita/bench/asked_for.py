@@ -9,9 +9,9 @@ import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.builder import direction_word
-from ovita.instruct.stretches import left_out
-from ovita.paths.geometry import extent
-from ovita.paths.part import PathPart, both, outside
+from ovita.instruct.stretches import contested, left_out
+from ovita.paths.geometry import Mask, extent
+from ovita.paths.part import WHOLE, PathPart, both, outside
 from ovita.paths.scene import OPPOSITE, Scene
 from ovita.paths.trajectory import Trajectory
 
@@ -68,8 +68,16 @@ class Asked:
         if isinstance(frame, F.Pace) and frame.part.kind == "last" and stops:
             end = stops_at(self, stops[0]) / (len(self.trajectory) - 1)
             return PathPart("range", amount=0.75 * end, until=end, unit="share")
-        others = left_out(frame.part, self.frames, self.trajectory, self.scene)
+        others = [*left_out(frame.part, self.frames, self.trajectory, self.scene), *self._contested(frame)]
         return self.part(shared(frame.part, *(outside(part) for part in (*kept, *others) if part != frame.part)))
+
+    def _contested(self, frame: F.SemanticFrame) -> list[PathPart]:
+        """What other frames have of the part that a frame is about."""
+        ranges = contested(frame, self.frames, self.trajectory, self.scene, self._mask) if frame.part else []
+        return [PathPart("indices", ranges=tuple(ranges), count=len(self.trajectory))] if ranges else []
+
+    def _mask(self, part: PathPart) -> Mask:
+        return (self.part(part) or WHOLE).mask(self.trajectory, self.scene)
 
     def part(self, part: PathPart | None) -> PathPart | None:
         """A part with what it leaves open filled in; None for the whole path."""

@@ -15,7 +15,7 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.stretches import left_out
+from ovita.instruct.stretches import contested, left_out
 from ovita.limits.problem import from_object, kind_of
 from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
@@ -32,6 +32,9 @@ from ovita.toolkit.arguments import headings
 
 STILL = (F.Keep, F.Pace, F.Wait, F.StopAt, F.Resample)
 """Frames that do not change where the path goes."""
+
+LEVELLED, UNMOVED = (F.Shift, F.Height, F.OneHeight), 1e-6
+"""Frames about how high or far over a part of the path is, and what is no shift [m]."""
 
 RESERVED = frozenset({"traj", "scene", "original", "given", "np", "math"})
 NOTHING: Mapping[str, str] = {}
@@ -293,9 +296,28 @@ class PolicyBuilder:
         if key not in self.masks or not same:
             code = mask_code(self, part, "original" if same else "traj")
             name = self._free("part")
-            self.code.append(f"{name} = {code}")
+            taken = self._contested(part) if same else []
+            self.code.append(" & ".join([f"{name} = {code}", *(f"~between(original, {a}, {b})" for a, b in taken)]))
             self.masks[key] = name, f" {_words(resolved(self, part))}"
         return self.masks[key]
+
+    def _contested(self, part: PathPart) -> Sequence[tuple[int, int]]:
+        """The waypoints of a part of the present frame that other frames have, as ranges."""
+        own = [frame for frame in self.frames[self.frame : self.frame + 1] if frame.part == part]
+        return contested(own[0], self.frames, self.trajectory, self.scene, self.waypoints) if own else []
+
+    def eased(self, part: PathPart, call: str) -> str:
+        """A call that moves a part, which the path beside it follows only as far as to the parts of other frames."""
+        path, length = self.positions, len(self.trajectory)
+        if not part or len(path) != length:
+            return call
+        mine = self.waypoints(part)
+        follows = (self.shifts_by(call) > UNMOVED) & ~mine
+        others = [self.waypoints(f.part) & ~mine for f in self.frames if f.part != part and isinstance(f, LEVELLED)]
+        s = arc_length(path)
+        gaps = [np.abs(s[mine][:, None] - s[other]).min() for other in others if (follows & other).any()]
+        share = math.floor(1e4 * min(gaps) / s[-1]) / 1e4 if gaps else 0.0
+        return f"{call[:-1]}, ease={share:g})" if gaps else call
 
     def waypoints(self, part: PathPart) -> Mask:
         """Which waypoints of the given trajectory a part means, as `part` has it."""

@@ -508,11 +508,13 @@ def frame_objects(frame: SemanticFrame) -> list[str]:
 
 
 def held_by(frame: SemanticFrame) -> set[float]:
-    """The numbers that a frame holds, in SI, also as shares, counts from 1 and means of two."""
+    """The numbers that a frame holds, in SI, also as shares, diameters, counts from 1 and means of two."""
     amounts = frame.quantities.values()
     found = [q.value for q in amounts] + _held_by_part(frame.part)
     if isinstance(frame, Quadrant):
         found.append(float(frame.number))
+    if isinstance(frame, Figure) and frame.radius is not None:
+        found.append(2.0 * frame.radius.value)
     if getattr(frame, "change", "") == "rampdown" and not frame.part:
         found.append(0.0)  # "slow down to zero"
     shares = {1.0 / q.value for q in amounts if q.unit in ("x", "%") and q.value}

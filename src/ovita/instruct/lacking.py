@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any, Literal
 
+from ovita.instruct.edits import Set
 from ovita.instruct.encoder import concepts_of
 from ovita.instruct.frames import (
     OPPOSITES,
@@ -183,7 +184,9 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
         case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Figure():
-            return _drawn(item, text), NOWHERE
+            return _drawn(item, text, seen), NOWHERE
+        case Set(slot="radius", quantity=across) if _is_across(across, seen):
+            return replace(item, quantity=_halved(across)), NOWHERE
         case Resample(amount=Quantity()):
             return _counted(item, words), NOWHERE
         case Visit(relation="over" | "under", by=None) if not SKIMMING.isdisjoint(words):
@@ -246,9 +249,11 @@ def _multiplies(text: str) -> bool:
     return not ways and not MULTIPLIED.isdisjoint(words)
 
 
-def _drawn(figure: Figure, text: str) -> Figure:
-    """A figure as words say it: a circle and no eight, sinking, upright."""
+def _drawn(figure: Figure, text: str, seen: Sketch) -> Figure:
+    """A figure as words say it: a circle and no eight, so wide across, sinking, upright."""
     words = frozenset(text.split())
+    if figure.radius is not None and _is_across(figure.radius, seen):
+        figure = replace(figure, radius=_halved(figure.radius))
     match figure:
         case Figure(shape="eight") if not words.isdisjoint(ROUND) and words.isdisjoint(EIGHTS):
             return replace(figure, shape="circle")
@@ -258,6 +263,21 @@ def _drawn(figure: Figure, text: str) -> Figure:
             return replace(figure, upright=True)
     return figure
 
+
+def _is_across(amount: Quantity, seen: Sketch) -> bool:
+    """Whether words call a length a diameter: "20 cm across", "with a diameter of 20 cm"."""
+    at = next((i for i, p in enumerate(seen.pieces) if p.mention >= 0 and _is(seen, p.mention, amount)), -1)
+    words = [piece.text.lower() for piece in seen.pieces]
+    before, behind = words[max(at - 3, 0) : max(at, 0)], words[at + 1 : at + 4]
+    return at >= 0 and "radius" not in behind and bool(DIAMETERS & {*before, *behind[:2]} or WIDE & {*behind[:1]})
+
+
+def _halved(amount: Quantity) -> Quantity:
+    return replace(amount, value=amount.value / 2.0, said="")
+
+
+DIAMETERS, WIDE = frozenset(("diameter", "diam", "dia", "diametre")), frozenset(("across", "wide"))
+"""Words near a length that is the diameter of a circle, and right behind it."""
 
 ROUND = frozenset("circle circles ring loop".split())
 EIGHTS = frozenset("eight eights figure loops lemniscate infinity".split())

@@ -168,8 +168,8 @@ def shift(builder: PolicyBuilder, frame: F.Shift) -> None:
     if where or ends:
         kept = "" if where else f", keep={('both' if len(ends) == 2 else ends[0])!r}"
         stays = part if where else "; " + " and ".join(f"the {end} stays" for end in ends)
-        call = f"traj = move(traj, {offset}{argument(where)}{kept})"
-        builder.add(call, f"Shift the path {words}{stays}.", f"expect_moved({offset}{argument(where)})")
+        call = builder.eased(frame.part, f"move(traj, {offset}{argument(where)}{kept})")
+        builder.add(f"traj = {call}", f"Shift the path {words}{stays}.", f"expect_moved({offset}{argument(where)})")
         return
     _shift_all(builder, knobs, words, {builder.word(said) for said, q in frame.offset if q is not None})
 
@@ -518,7 +518,7 @@ def _at(builder: PolicyBuilder, frame: F.SemanticFrame, value: float, role: Role
     kept = up >= value if role == "at_least" else up <= value
     builder.exact |= set() if where else {"up"}
     builder.add(
-        f"traj = at_height(traj, {limit}{argument(where)})",
+        f"traj = {builder.eased(frame.part, f'at_height(traj, {limit}{argument(where)})')}",
         f"Stay {words} {value:g} m above the ground{part}.",
         f"expect_side('up', {promise}{argument(where)})",
         holds=limited and bool(kept.all()),

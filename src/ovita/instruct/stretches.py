@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from ovita.instruct import frames as F
 from ovita.instruct.degrees import Scale
+from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart, between, near
-from ovita.paths.scene import Scene
+from ovita.paths.scene import OPPOSITE, Scene
 from ovita.paths.trajectory import Trajectory
 
 
@@ -67,3 +68,57 @@ def _among(part: PathPart, scene: Scene) -> bool:
 def _timed(frame: F.Pace) -> bool:
     """Whether a pace is so many seconds, which are counted from waypoint to waypoint."""
     return frame.amount is not None and frame.amount.unit == "s"
+
+
+def contested(
+    frame: F.SemanticFrame,
+    frames: Sequence[F.SemanticFrame],
+    trajectory: Trajectory,
+    scene: Scene,
+    mask: Callable[[PathPart], Mask],
+) -> list[tuple[int, int]]:
+    """The waypoints of a frame's part that other frames have, as ranges; none if nothing else of it would be left.
+
+    What is near a thing belongs to it and not to what lies before, after or between things, and what is near two
+    things to the nearer one: "crawl past the ramp, then 0.6 m/s", "below 60 cm at the duct, above 1 m at the pallet".
+
+    Args:
+        frame: One of the frames, with a part.
+        frames: All that is asked for.
+        trajectory: The path.
+        scene: Its surroundings.
+        mask: Which waypoints a part means.
+    """
+    mine, part = mask(frame.part), frame.part
+    theirs = np.zeros_like(mine)
+    for other in frames:
+        if not _is_near(other.part, scene) or not _at_odds(frame, other):
+            continue
+        there = mine & mask(other.part)
+        if _is_near(part, scene):
+            here, beside = (scene[one.places[0]].distance(trajectory.positions) for one in (part, other.part))
+            there &= beside < here
+        theirs |= there
+    return [*runs(theirs)] if (mine & ~theirs).any() else []
+
+
+def _is_near(part: PathPart, scene: Scene) -> bool:
+    """Whether a part is what is near an object of the scene."""
+    return part.kind == "near" and _among(part, scene)
+
+
+def _at_odds(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
+    """Whether two frames cannot both hold at a waypoint: two speeds, two heights, two shifts along an axis."""
+    if one.part == other.part or not one.part:
+        return False
+    match one, other:
+        case F.Pace(), F.Pace():
+            alike = one.change == other.change and one.change != "set"
+            return not (alike or _timed(one) or _timed(other) or one.change.startswith("ramp"))
+        case F.Height() | F.OneHeight(), F.Height() | F.OneHeight():
+            roles = [frame.level.role if isinstance(frame, F.Height) else "" for frame in (one, other)]
+            return roles not in (["at_least"] * 2, ["at_most"] * 2)
+        case F.Shift(), F.Shift():
+            axes = [{said.lstrip("-") for said, _ in frame.offset} for frame in (one, other)]
+            return any({*axes[0]} & {word, OPPOSITE.get(word, word)} for word in axes[1])
+    return False
