@@ -33,6 +33,18 @@ def adapted(frames):
         "trim last=15wp; end goal to=box",
         "trim first=10wp; end start to=cup",
         "keep @before=cup; pace faster @after=cup",
+        "height to=0.2m @before=cup; height to=0.6m @after=cup",
+        "height to=0.6m @after=cup; height to=0.2m @before=cup",
+        "height at_least=0.5m @between=cup+box; height at_most=0.2m @after=box",
+        "height at_most=0.15m @near=cup; height at_least=0.6m @near=box",
+        "height to=0.1m @near=cup; height to=0.5m @!near=cup",
+        "move up=0.1m @before=cup; move down=0.1m @after=cup",
+        "pace set to=0.1m/s @near=cup; pace set to=0.6m/s @after=cup",
+        "keep @before=cup; side cup left",
+        "keep @before=cup; wait at=cup for=2s",
+        "pace to=20s @before=cup; return",
+        "side cup left; hover box for=2s",
+        "via cup; hover box for=2s; return",
     ],
 )
 def test_each_wish_holds_where_another_begins(frames):
@@ -43,6 +55,19 @@ def test_a_speed_until_a_place_and_another_one_from_there_share_no_waypoint():
     path, _ = adapted("pace at_most=0.2m/s @before=cup; pace at_least=0.3m/s @after=cup")
     at = int(np.linalg.norm(PATH.positions - np.array(SCENE["cup"].position), axis=1).argmin())
     assert path.speeds[:at].max() <= 0.2 + 1e-9 and path.speeds[at:].min() >= 0.3 - 1e-9
+
+
+def test_what_is_near_two_things_belongs_to_the_nearer_one():
+    path, _ = adapted("pace set to=0.1m/s @near=cup,0.6m; pace set to=0.6m/s @near=box,0.6m")
+    cup, box = (SCENE[name].distance(PATH.positions) for name in ("cup", "box"))
+    shared = (cup < 0.6) & (box < 0.6)
+    assert shared.any() and path.speeds[shared] == pytest.approx(np.where(cup < box, 0.1, 0.6)[shared])
+
+
+def test_a_height_reaches_into_no_other_wishs_part():
+    path, _ = adapted("height to=0.2m @before=cup; height to=0.6m @after=cup")
+    at = int(np.linalg.norm(PATH.positions - np.array(SCENE["cup"].position), axis=1).argmin())
+    assert path.positions[:at, 2] == pytest.approx(0.2) and path.positions[at:, 2] == pytest.approx(0.6)
 
 
 def test_the_goal_is_placed_on_what_is_left_of_a_path():

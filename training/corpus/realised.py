@@ -37,6 +37,7 @@ from ovita.policy.source import parse_tree
 from ovita.toolkit.speed import stop_at
 
 VOICES = Path(__file__).parent / "voices"
+LEVEL = ("left", "right", "front", "back")
 SIZES = {"person": (0.5, 0.4, 1.75), "animal": (0.6, 0.3, 0.5)}
 """Edges of people and animals [m], where the scene has room for them."""
 
@@ -74,7 +75,10 @@ def setting(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[
     path = np.column_stack(
         [size * (t - 0.5), 0.22 * size * np.sin(4.4 * t - 0.6), height + 0.1 * size * np.sin(6.5 * t + 0.4)]
     )
-    if any(isinstance(f, F.Side) and f.direction in ("left", "right") for f in frames):
+    sides = {f.direction in ("left", "right") for f in frames if isinstance(f, F.Side) and f.direction in LEVEL}
+    if len(sides) == 2:  # so that all of them are beside it
+        path[:, :2] = path[:, :2] @ np.array([[1.0, 1.0], [-1.0, 1.0]]) / 2.0**0.5
+    elif True in sides:
         path = path[:, [1, 0, 2]] * np.array([-1.0, 1.0, 1.0])
     if any(isinstance(f, F.Bound) and f.offset[0][0] in ("up", "down") for f in frames):
         path[:, 2] += 0.2 * size * np.sin(6.5 * t + 0.4)

@@ -260,7 +260,8 @@ _PACES: Mapping[str, Callable[[Asked, Any], Check | None]] = {
 
 
 def _keep(case: Asked, frame: F.Keep) -> Check | None:
-    return _KEPT[frame.what](case, case.part(frame.part))
+    along = frame.part.kind in ("before", "between", "after")
+    return _KEPT[frame.what](case, case.where(frame) if along else case.part(frame.part))
 
 
 def _path_kept(case: Asked, where: PathPart | None) -> Check | None:

@@ -311,13 +311,17 @@ class PolicyBuilder:
         path, length = self.positions, len(self.trajectory)
         if not part or len(path) != length:
             return call
-        mine = self.waypoints(part)
+        mine = self._selected(part)
         follows = (self.shifts_by(call) > UNMOVED) & ~mine
-        others = [self.waypoints(f.part) & ~mine for f in self.frames if f.part != part and isinstance(f, LEVELLED)]
+        others = [self._selected(f.part) & ~mine for f in self.frames if f.part != part and isinstance(f, LEVELLED)]
         s = arc_length(path)
         gaps = [np.abs(s[mine][:, None] - s[other]).min() for other in others if (follows & other).any()]
         share = math.floor(1e4 * min(gaps) / s[-1]) / 1e4 if gaps else 0.0
         return f"{call[:-1]}, ease={share:g})" if gaps else call
+
+    def _selected(self, part: PathPart) -> Mask:
+        """The waypoints that the mask of a part selects; what is outside another part begins right beside it."""
+        return ~self._selected(part.parts[0]) if part.kind == "outside" else self.waypoints(part)
 
     def waypoints(self, part: PathPart) -> Mask:
         """Which waypoints of the given trajectory a part means, as `part` has it."""

@@ -110,7 +110,7 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     for item in items:
         pieces = seen.pieces if len(items) == 1 else _about(item, seen)
         text = " ".join(piece.text.lower() for piece in pieces if piece.text.replace("'", "").isalpha())
-        told, mention = _completed(_untouched(item, items, text), text, _left(used, seen), seen)
+        told, mention = _completed(_halved(_untouched(item, items, text), seen), text, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
         found.append(placed(told, pieces, seen))
     return tuple(found), used
@@ -184,9 +184,7 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
         case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
             return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Figure():
-            return _drawn(item, text, seen), NOWHERE
-        case Set(slot="radius", quantity=across) if _is_across(across, seen):
-            return replace(item, quantity=_halved(across)), NOWHERE
+            return _drawn(item, text), NOWHERE
         case Resample(amount=Quantity()):
             return _counted(item, words), NOWHERE
         case Visit(relation="over" | "under", by=None) if not SKIMMING.isdisjoint(words):
@@ -249,11 +247,9 @@ def _multiplies(text: str) -> bool:
     return not ways and not MULTIPLIED.isdisjoint(words)
 
 
-def _drawn(figure: Figure, text: str, seen: Sketch) -> Figure:
-    """A figure as words say it: a circle and no eight, so wide across, sinking, upright."""
+def _drawn(figure: Figure, text: str) -> Figure:
+    """A figure as words say it: a circle and no eight, sinking, upright."""
     words = frozenset(text.split())
-    if figure.radius is not None and _is_across(figure.radius, seen):
-        figure = replace(figure, radius=_halved(figure.radius))
     match figure:
         case Figure(shape="eight") if not words.isdisjoint(ROUND) and words.isdisjoint(EIGHTS):
             return replace(figure, shape="circle")
@@ -264,16 +260,22 @@ def _drawn(figure: Figure, text: str, seen: Sketch) -> Figure:
     return figure
 
 
+def _halved(item: Any, seen: Sketch) -> Any:
+    """An item whose radius words call a diameter with half of that; any other as it is."""
+    match item:
+        case Figure(radius=Quantity() as amount) if _is_across(amount, seen):
+            return replace(item, radius=replace(amount, value=amount.value / 2.0, said=""))
+        case Set(slot="radius", quantity=amount) if _is_across(amount, seen):
+            return replace(item, quantity=replace(amount, value=amount.value / 2.0, said=""))
+    return item
+
+
 def _is_across(amount: Quantity, seen: Sketch) -> bool:
     """Whether words call a length a diameter: "20 cm across", "with a diameter of 20 cm"."""
     at = next((i for i, p in enumerate(seen.pieces) if p.mention >= 0 and _is(seen, p.mention, amount)), -1)
     words = [piece.text.lower() for piece in seen.pieces]
     before, behind = words[max(at - 3, 0) : max(at, 0)], words[at + 1 : at + 4]
     return at >= 0 and "radius" not in behind and bool(DIAMETERS & {*before, *behind[:2]} or WIDE & {*behind[:1]})
-
-
-def _halved(amount: Quantity) -> Quantity:
-    return replace(amount, value=amount.value / 2.0, said="")
 
 
 DIAMETERS, WIDE = frozenset(("diameter", "diam", "dia", "diametre")), frozenset(("across", "wide"))

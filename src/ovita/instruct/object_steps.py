@@ -319,7 +319,9 @@ def through(builder: PolicyBuilder, code: str, plan: str, offset: str = "", prom
     call = f"traj = go_through(traj, {code}{offset}{among}{f', width={width:g}' if width < 0.3 else ''})"
     promise = promise or f"expect_visits({code}, within={builder.tolerance}{offset})"
     builder.add(call, plan, promise)
-    bent = builder.positions
+    bent, own = builder.positions, builder.frames[builder.frame]
+    if any(isinstance(f, F.Approach) and not {*f.named}.isdisjoint(own.named) for f in builder.frames):
+        return  # how far off it passes is another wish's
     builder.passed.append((bent[np.linalg.norm(bent - before, axis=1).argmax()], call))
 
 

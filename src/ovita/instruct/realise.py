@@ -198,8 +198,8 @@ def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
     """When a frame's turn comes; what is straight, or slower at the end, is so on the path that a cut leaves."""
     match frame:
-        case F.Pace(amount=F.Quantity(unit="s")):
-            return len(ORDER)  # how long the way takes depends on all of it
+        case F.Pace(amount=F.Quantity(unit="s")) if not (frame.part and builder.has(F.Return)):
+            return len(ORDER)  # how long the way takes depends on all of it, but not on the way back
         case F.Pace() if frame.change != "set" and builder.has(F.StopAt, F.Trim) and _at_the_end(frame.part):
             return len(ORDER)
         case F.Pace(change="set" | "constant") if not frame.part:
@@ -275,8 +275,7 @@ def _kept_parts(keeps: Sequence[F.Keep], *what: str) -> list[PathPart]:
 def _settle(builder: PolicyBuilder) -> None:
     """Keep every distance and pass every place again where a later step has spoilt it."""
     passed = [] if builder.has(*CUTTING) else builder.passed
-    tasks = len(builder.distances) + len(passed) + (builder.has(F.MoveEnd) if passed else 0)
-    for _ in range(3 if tasks > 1 else 0):
+    for _ in range(3 if builder.moving > 1 else 0):
         _settle_once(builder, passed)
 
 
@@ -289,7 +288,7 @@ def _settle_once(builder: PolicyBuilder, passed: Sequence[tuple[Array, str]]) ->
             builder.add(code)
 
 
-CUTTING = (F.Trim, F.StopAt, F.Return, F.Figure, F.Hop, F.Hover, F.Height, F.Bound)
+CUTTING = (F.Trim, F.StopAt, F.Figure, F.Height, F.Bound)
 """Frames after which a place may rightly be passed no more, or which another bend would undo."""
 
 

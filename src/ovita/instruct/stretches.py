@@ -31,7 +31,10 @@ def left_out(
     if part.kind not in ("before", "between", "after") or not _among(part, scene):
         return
     about = [frame for frame in frames if frame.part == part]
-    if any(isinstance(frame, F.Keep) or (isinstance(frame, F.Pace) and _timed(frame)) for frame in about):
+    if any(isinstance(frame, F.Keep) for frame in about):
+        yield from _done_at(part, frames, trajectory, scene)
+        return
+    if any(isinstance(frame, F.Pace) and _timed(frame) for frame in about):
         return
     paced = any(isinstance(frame, F.Pace | F.NoStop) for frame in about)
     mine = np.flatnonzero(part.mask(trajectory, scene))
@@ -45,6 +48,26 @@ def left_out(
                 yield near(place, Scale.of(trajectory).near(trajectory.positions, scene[place]))
             elif paced and isinstance(frame, F.Wait) and frame.place == place and frame.by is None:
                 yield between(place, place)
+
+
+def _done_at(
+    part: PathPart, frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene
+) -> Iterator[PathPart]:
+    """What is near the places at which a part that is to stay begins or ends, where something is done there."""
+    for place in part.places:
+        if any(_is_done_at(frame, place) for frame in frames):
+            yield near(place, Scale.of(trajectory).near(trajectory.positions, scene[place]))
+
+
+def _is_done_at(frame: F.SemanticFrame, place: F.Place) -> bool:
+    """Whether a frame changes what is near a place."""
+    if frame.part:
+        return not isinstance(frame, F.Keep) and frame.part.kind == "near" and place in frame.part.places
+    return isinstance(frame, ON_THE_SPOT) and place in frame.named
+
+
+ON_THE_SPOT = (F.Wait, F.StopAt, F.Hover, F.Hop, F.Visit, F.Side, F.Figure)
+"""Frames about a place, on the way to which the path or its speed changes already."""
 
 
 def _shaken(frame: F.SemanticFrame, place: F.Place) -> bool:
