@@ -125,7 +125,8 @@ BESIDES = {
 """What is said of a wish beside others that no frame can say, by its kind."""
 
 FEATURES = (
-    "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy"
+    "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy", "actions",
+    "end",
 )  # fmt: skip
 """What the confidence is calibrated on."""
 
@@ -286,13 +287,19 @@ def _otherwise(heard: NetworkReading) -> Iterator[Output]:
 def _features(output: Output, choice: Choice, left: Collection[str], refused: bool, misread: bool) -> Array:
     """The values of FEATURES."""
     likely = float(np.prod(choice.likelihoods))
-    certainty = -math.log1p(0.001 - min(likely, 0.999))
+    actions = output.heads["action"][: len(choice.atoms) + 1].max(axis=1)  # the last one is that there are no more
     refusal = sum(float(output.heads["action"][0][HEADS["action"].index(word)]) for word in ("ask", "improper"))
     doubted = sum(value < DOUBTED for value in choice.likelihoods)
     shares = [heads[: len(choice.atoms)] for heads in output.heads.values()]
     entropy = -sum(float((share * np.log(share + LEAST)).sum()) for share in shares)
-    told = [likely, min(choice.likelihoods), certainty, min(len(left), MOST_LEFT), refused, misread]
-    return np.array([*told, math.log(refusal + REFUSAL), doubted, entropy], dtype=float)
+    told = [likely, min(choice.likelihoods), _certainty(likely), min(len(left), MOST_LEFT), refused, misread]
+    ends = [_certainty(float(actions.min())), _certainty(float(actions[-1]))]
+    return np.array([*told, math.log(refusal + REFUSAL), doubted, entropy, *ends], dtype=float)
+
+
+def _certainty(likelihood: float) -> float:
+    """How sure something is that is so likely, on a scale without an end at 1."""
+    return -math.log1p(0.001 - min(likelihood, 0.999))
 
 
 REFUSAL, DOUBTED = 1e-5, 0.9
