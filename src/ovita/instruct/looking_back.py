@@ -293,7 +293,7 @@ LIKELY = 0.3
 
 REFERRING = frozenset(
     """that again instead meant mean wrong redo rather nope nah other still same back original revert wipe leave alone
-    was but everything""".split()
+    was but everything only""".split()
 )
 """Words that are about what was done, whatever they say besides."""
 
