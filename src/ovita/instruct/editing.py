@@ -153,7 +153,7 @@ def is_called(frame: F.SemanticFrame, name: str) -> bool:
 
 
 def chosen(frames: Sequence[F.SemanticFrame], on: str, fits: Callable[[F.SemanticFrame], object]) -> int | None:
-    """Number of the frame that an edit is about: the last one called so that fits, else one that fits, else is called so."""
+    """Number of the frame that an edit is about: the last one called so that fits, else that fits, else called so."""
     named = [i for i, frame in enumerate(frames) if on and is_called(frame, on)]
     fitting = [i for i, frame in enumerate(frames) if fits(frame)]
     both = [i for i in named if i in fitting]

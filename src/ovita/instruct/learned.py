@@ -125,8 +125,8 @@ BESIDES = {
 """What is said of a wish beside others that no frame can say, by its kind."""
 
 FEATURES = (
-    "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy", "actions",
-    "end",
+    "likelihood", "weakest", "certainty", "words left", "refused", "misread", "refusal", "doubted", "entropy",
+    "actions", "end",
 )  # fmt: skip
 """What the confidence is calibrated on."""
 

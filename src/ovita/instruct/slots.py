@@ -332,11 +332,11 @@ def _check(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> None:
     """Refuse a frame that lacks what it needs."""
     for slot in fields(kind):
         if slot.default is MISSING and not slots[slot.name] and slot.name not in CHOOSING:
-            raise Unfit(f"{kind.NAME} without {slot.name}")
+            raise Unfit("which object is meant" if slot.name == "objects" else "how much is meant")
     if kind is F.MoveEnd and not slots["offset"] and not (slots["relation"] and slots["place"]):
-        raise Unfit("an end without a direction or a place")
+        raise Unfit("which way or to which place should the end go")
     if slots.get("relation") == "between" and len(slots["objects"]) != 2:
-        raise Unfit("between needs two objects")
+        raise Unfit("between which two objects")
 
 
 def part_of(atom: Atom) -> PathPart:
@@ -356,7 +356,7 @@ def part_of(atom: Atom) -> PathPart:
         amount, until = amount or until, until or amount
     ends = kind in ("range", "upto")
     if (kind == "from" and amount is None) or (ends and until is None):
-        raise Unfit("a range without its ends")
+        raise Unfit("from where to where on the path")
     part = part_told(Where(kind, places, amount, until if ends else None, atom.label("toward") or "up"))
     return outside(part) if atom.label("outside") else part
 
