@@ -70,6 +70,13 @@ def test_a_height_reaches_into_no_other_wishs_part():
     assert path.positions[:at, 2] == pytest.approx(0.2) and path.positions[at:, 2] == pytest.approx(0.6)
 
 
+def test_a_stop_at_what_is_circled_comes_after_the_circle():
+    path, broken = adapted("circle cup; stop at=cup")
+    away = path.positions[:, :2] - np.array(SCENE["cup"].position[:2])
+    angles = np.unwrap(np.arctan2(away[:, 1], away[:, 0]))
+    assert broken == [] and np.ptp(angles) > 2 * np.pi and path.speeds[-1] == 0.0
+
+
 def test_the_goal_is_placed_on_what_is_left_of_a_path():
     path, _ = adapted("end goal to=box; trim last=15wp")
     assert len(path) == 46 and np.allclose(path.positions[-1], SCENE["box"].position, atol=1e-6)

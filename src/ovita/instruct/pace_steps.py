@@ -376,7 +376,16 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
         builder.add(call, plan, "expect_stop()", ends={"goal": goal})
     else:
         plan, promise = f"Slow down and stop {words}; the trajectory ends there.", f"near={at}" if item else ""
-        builder.add(f"traj = stop_at(traj, {at}{_brake(builder)})", plan, f"expect_stop({promise})")
+        there = _after_its_rounds(builder, item) or at
+        builder.add(f"traj = stop_at(traj, {there}{_brake(builder)})", plan, f"expect_stop({promise})")
+
+
+def _after_its_rounds(builder: PolicyBuilder, item: SceneObject | None) -> str:
+    """The last waypoint of a figure around an object at which the path is to stop then; "" where there is none."""
+    if item is None or not any(isinstance(f, F.Figure) and f.place == item.name for f in builder.frames):
+        return ""
+    away = item.distance(builder.positions)
+    return str(int(np.flatnonzero(away <= away.min() + builder.tolerance)[-1]))
 
 
 def _brake(builder: PolicyBuilder) -> str:
