@@ -45,6 +45,8 @@ def adapted(frames):
         "pace to=20s @before=cup; return",
         "side cup left; hover box for=2s",
         "via cup; hover box for=2s; return",
+        "hover cup for=2s; height at_most=0.42m",
+        "hop cup; height at_most=0.42m",
     ],
 )
 def test_each_wish_holds_where_another_begins(frames):

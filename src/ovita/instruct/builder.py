@@ -84,6 +84,7 @@ class PolicyBuilder:
     frame: int = 0
     distances: list[tuple[SceneObject, float, str]] = field(default_factory=list)
     passed: list[tuple[Array, str]] = field(default_factory=list)
+    limits: list[tuple[float, Role, str]] = field(default_factory=list)
     goal_moved: bool = False
     _taken: set[str] = field(default_factory=lambda: {*CATALOGUE, *RESERVED, *keyword.kwlist})
     _rows: tuple[int, Array] | None = None

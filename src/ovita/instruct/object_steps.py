@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import cast
 
@@ -378,8 +379,18 @@ def hop(builder: PolicyBuilder, frame: F.Hop) -> None:
 def _height_above(builder: PolicyBuilder, item: SceneObject, q: F.Quantity | None, usual: float) -> tuple[str, float]:
     """The parameter of a height above an object's top, and its value [m]."""
     meaning = f"height above the top of {item.name}"
-    gap = builder.length(q, usual, f"the {meaning}")
+    gap = builder.length(q, _below_the_limit(builder, item, usual), f"the {meaning}")
     return builder.knob("height", gap, "to", meaning, "by", about=item.name, direction="up"), gap
+
+
+def _below_the_limit(builder: PolicyBuilder, item: SceneObject, usual: float) -> float:
+    """The usual height above an object, or as much of it as there is below a height that the path is not to exceed."""
+    limits = [
+        f.level.value for f in builder.frames if isinstance(f, F.Height) and f.level.role == "at_most" and not f.of
+    ]
+    top = float(item.position @ builder.axis("up")) + extent(item, builder.axis("up"))
+    room = short(min(limits, default=math.inf) - top)
+    return min(usual, room) if room >= builder.room(item) + builder.tolerance else usual
 
 
 def hover(builder: PolicyBuilder, frame: F.Hover) -> None:

@@ -517,8 +517,11 @@ def _at(builder: PolicyBuilder, frame: F.SemanticFrame, value: float, role: Role
     up = _heights(builder, frame)
     kept = up >= value if role == "at_least" else up <= value
     builder.exact |= set() if where else {"up"}
+    call = f"traj = {builder.eased(frame.part, f'at_height(traj, {limit}{argument(where)})')}"
+    if limited and not where:
+        builder.limits.append((value, role, call))
     builder.add(
-        f"traj = {builder.eased(frame.part, f'at_height(traj, {limit}{argument(where)})')}",
+        call,
         f"Stay {words} {value:g} m above the ground{part}.",
         f"expect_side('up', {promise}{argument(where)})",
         holds=limited and bool(kept.all()),

@@ -10,7 +10,7 @@ import numpy as np
 
 from ovita.errors import OvitaError
 from ovita.instruct import frames as F
-from ovita.instruct.builder import PolicyBuilder, direction_word, mask_code
+from ovita.instruct.builder import UNMOVED, PolicyBuilder, direction_word, mask_code
 from ovita.instruct.figure_steps import FIGURE_STEPS
 from ovita.instruct.frames import name_of
 from ovita.instruct.object_steps import OBJECT_STEPS, surface_distance
@@ -273,10 +273,15 @@ def _kept_parts(keeps: Sequence[F.Keep], *what: str) -> list[PathPart]:
 
 
 def _settle(builder: PolicyBuilder) -> None:
-    """Keep every distance and pass every place again where a later step has spoilt it."""
+    """Keep every distance, pass every place and obey every height again where a later step has spoilt it."""
     passed = [] if builder.has(*CUTTING) else builder.passed
     for _ in range(3 if builder.moving > 1 else 0):
         _settle_once(builder, passed)
+    for value, role, code in builder.limits:
+        heights = builder.positions @ builder.axis("up")
+        over = heights.max() - value if role == "at_most" else value - heights.min()
+        if UNMOVED < over < builder.tolerance:  # more of it is another wish's
+            builder.add(code)
 
 
 def _settle_once(builder: PolicyBuilder, passed: Sequence[tuple[Array, str]]) -> None:
