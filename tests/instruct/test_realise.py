@@ -263,7 +263,9 @@ def test_a_change_that_later_steps_change_again_is_told_and_not_broken(text):
     assert text.startswith("extend by") or any("by its own step" in said for said in d.assumptions)
 
 
-@pytest.mark.parametrize("text", ["end goal to=box; clearance box at_least=20cm", "hop box; height at_most=55cm"])
+@pytest.mark.parametrize(
+    "text", ["end goal to=box; clearance box at_least=20cm", "hop box by=40cm; height at_most=55cm"]
+)
 def test_what_cannot_hold_beside_another_stays_a_broken_promise(text):
     assert done(text)[2]
 

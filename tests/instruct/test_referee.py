@@ -90,6 +90,7 @@ def test_questions_are_asked_and_refusals_say_why(found, outcome):
         ("go left by 10 cm and frobnicate the gizmo", "move left=10cm", "'frobnicate"),
         ("the height lower than 0.45 m", "height at_least=0.45m", "'lower'"),
         ("height above 0.4 m", "height at_most=0.4m", "'above'"),
+        ("mirror the last part up and down", "mirror up", "'last part'"),
     ],
 )
 def test_plain_facts_of_the_words_contradict_a_reading(text, frames, doubt):
@@ -120,6 +121,8 @@ def test_an_object_that_no_frame_is_about_counts_unless_the_reader_is_certain(co
         ("never go higher than a metre and a half", "height at_most=1.5m"),
         ("the height must not be lower than 0.3 m", "height at_least=0.3m"),
         ("go at seven tenths of the usual speed", "pace to=70%"),
+        ("smooth it out like my late husband would", "smooth"),
+        ("the last part a bit up", "move up deg=slight @last"),
     ],
 )
 def test_a_right_reading_is_not_contradicted(text, frames):

@@ -151,6 +151,21 @@ def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     return any(kinds & OPPOSED[OPPOSITE[sense]] or not kinds & OPPOSED[sense] for sense in turned)
 
 
+def _part_left(it: Facts) -> str:
+    """A part of the path that is named as one, where all frames are about the whole: "mirror the last part"."""
+    if any(frame.part or isinstance(frame, ABOUT_PARTS) for frame in it.frames):
+        return ""
+    named = [c for c in it.said if c.kind in ("first", "last", "middle") and c.text.lower().split()[-1] in STRETCHES]
+    return f"{named[0].text!r} has no place in it." if named else ""
+
+
+ABOUT_PARTS = (F.MoveEnd, F.Keep, F.Extend, F.Trim, F.StopAt, F.Return, F.Wait, F.Figure, F.Arrive)
+"""Frames about a part of the path without one of their own."""
+
+STRETCHES = frozenset("part phase section stretch portion segment half third quarter".split())
+"""What a part of the path is called."""
+
+
 def _compared(it: Facts) -> str:
     """A bound on the other side than a comparison puts it: "higher than 30 cm" as at most 30 cm."""
     if it.kinds & NOT:
@@ -440,9 +455,9 @@ def _two_points(it: Facts) -> str:
 
 
 CHECKS: tuple[Check, ...] = (
-    _number_left, _object_left, asked, _sign_left, _compared, _more_of_it, _one_of_two, _way_left, _two_points,
-    _thing_unknown, _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit, _exception_left,
-    _unsaid, _half_left,
+    _number_left, _object_left, asked, _sign_left, _part_left, _compared, _more_of_it, _one_of_two, _way_left,
+    _two_points, _thing_unknown, _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit,
+    _exception_left, _unsaid, _half_left,
 )  # fmt: skip
 IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""
