@@ -309,16 +309,20 @@ class PolicyBuilder:
 
     def eased(self, part: PathPart, call: str) -> str:
         """A call that moves a part, which the path beside it follows only as far as to the parts of other frames."""
-        path, length = self.positions, len(self.trajectory)
-        if not part or len(path) != length:
+        beside = [f.part for f in self.frames if f.part != part and isinstance(f, LEVELLED)]
+        if not part or not beside or len(self.positions) != len(self.trajectory):
             return call
-        mine = self._selected(part)
+        mine, s = self._selected(part), arc_length(self.positions)
         follows = (self.shifts_by(call) > UNMOVED) & ~mine
-        others = [self._selected(f.part) & ~mine for f in self.frames if f.part != part and isinstance(f, LEVELLED)]
-        s = arc_length(path)
-        gaps = [np.abs(s[mine][:, None] - s[other]).min() for other in others if (follows & other).any()]
-        share = math.floor(1e4 * min(gaps) / s[-1]) / 1e4 if gaps else 0.0
-        return f"{call[:-1]}, ease={share:g})" if gaps else call
+        others = [self._selected(other) & ~mine for other in beside]
+        reached = np.logical_or.reduce([other for other in others if (follows & other).any()], initial=False)
+        if not np.any(reached):
+            return call
+        edges = s[mine]
+        after = np.searchsorted(edges, s[reached])
+        around = [edges[np.clip(after + step, 0, len(edges) - 1)] for step in (-1, 0)]
+        gap = min(float(np.abs(s[reached] - edge).min()) for edge in around)
+        return f"{call[:-1]}, ease={math.floor(1e4 * gap / s[-1]) / 1e4:g})"
 
     def _selected(self, part: PathPart) -> Mask:
         """The waypoints that the mask of a part selects; what is outside another part begins right beside it."""
