@@ -38,6 +38,7 @@ from ovita.toolkit.speed import stop_at
 
 VOICES = Path(__file__).parent / "voices"
 LEVEL = ("left", "right", "front", "back")
+"""Directions that are not up or down."""
 SIZES = {"person": (0.5, 0.4, 1.75), "animal": (0.6, 0.3, 0.5)}
 """Edges of people and animals [m], where the scene has room for them."""
 

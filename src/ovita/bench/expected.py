@@ -260,8 +260,7 @@ _PACES: Mapping[str, Callable[[Asked, Any], Check | None]] = {
 
 
 def _keep(case: Asked, frame: F.Keep) -> Check | None:
-    along = frame.part.kind in ("before", "between", "after")
-    return _KEPT[frame.what](case, case.where(frame) if along else case.part(frame.part))
+    return _KEPT[frame.what](case, case.where(frame))
 
 
 def _path_kept(case: Asked, where: PathPart | None) -> Check | None:

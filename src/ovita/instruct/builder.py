@@ -15,7 +15,7 @@ from ovita.errors import OvitaError
 from ovita.instruct import frames as F
 from ovita.instruct.degrees import END_SHARE, Degree, Scale, nice
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.stretches import contested, left_out
+from ovita.instruct.stretches import contested, left_out, near_without_stays
 from ovita.limits.problem import from_object, kind_of
 from ovita.paths.geometry import Mask, closest_to_point, lengths, runs
 from ovita.paths.part import PathPart, both, outside
@@ -465,9 +465,12 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
     item = builder.scene[place]
     usual = builder.scale.near(builder.trajectory.positions, item)
     shifted = _shifts(builder) and not left_out
-    reach, rest = _near_without_stays(builder, item, usual) if shifted else (usual, ())
+    path, up = builder.trajectory, builder.axis("up")
+    reach, rest = near_without_stays(item, usual, path, up) if shifted else (usual, ())
     wide = bool(item.core(builder.trajectory.positions).half.max() > 0.0)
     builder.assume(f'"near {item.name}" is within {reach:g} m of {"the middle of its body" if wide else "its centre"}')
+    if rest:
+        builder.assume(f"start, goal and stops that are not at {item.name} stay")
     there = PathPart("near", (item.name,), reach, of="centre")
     return both(there, outside(PathPart("indices", ranges=rest, count=len(builder.trajectory)))) if rest else there
 
@@ -475,43 +478,6 @@ def _resolved_near(builder: PolicyBuilder, part: PathPart, place: str, left_out:
 def _is_told(part: PathPart, place: str) -> bool:
     """Whether a part says how near a place it is."""
     return part.kind == "near" and part.places == (place,) and part.amount is not None
-
-
-def _near_without_stays(
-    builder: PolicyBuilder, item: SceneObject, reach: float
-) -> tuple[float, tuple[tuple[int, int], ...]]:
-    """How far from an object a shift near it reaches [m], and what it leaves alone there, as ranges.
-
-    That is start, goal and stops that are not at the object, and what is beyond them. Where the path passes over or
-    under it, only that is at it.
-    """
-    rows, up = builder.trajectory.to_array(), builder.axis("up")
-    path = rows[:, :3]
-    level = path - ((path - item.position) @ up)[:, None] * up
-    distance, gap = item.core(path).depth(path), item.cuboid.signed(level)[0]
-    if gap.min() > 0.0:
-        gap = item.cuboid.signed(path)[0]
-    at = gap <= BESIDE * max(float(gap.min()), 0.0) + ROOM * builder.scale.extent
-    aside = stays(rows) & ~at
-    if not (aside & (distance <= reach)).any():
-        return reach, ()
-    nearer = distance < float(distance[at].min())
-    reach = builder.scale.near(path[~nearer], item)
-    near = distance <= reach
-    left = near & (aside | nearer)
-    s = arc_length(path)
-    for a, b in runs(nearer):  # on the way from an end to where it passes over the thing, half is enough to get there
-        if (a == 0) != (b == len(path) - 1):
-            half = (s[a] + s[b]) / 2.0
-            left[a : b + 1] &= aside[a : b + 1] | ((s[a : b + 1] <= half) == (a == 0))
-    for a, b in runs(near & ~left):
-        left[a : b + 1] |= not at[a : b + 1].any()
-    builder.assume(f"start, goal and stops that are not at {item.name} stay")
-    return reach, tuple(runs(left))
-
-
-BESIDE, ROOM = 1.15, 0.003
-"""How many times as far off as the nearest, and what share of the path's extent beyond, a stop is not at an object."""
 
 
 def _words(part: PathPart) -> str:

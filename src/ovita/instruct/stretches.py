@@ -1,4 +1,4 @@
-"""Where one wish ends and the next begins: waypoints that two parts of a path share belong to one of them."""
+"""Where a wish ends: waypoints that two parts of a path share belong to one of them, and stops to what they are at."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from ovita.instruct import frames as F
 from ovita.instruct.degrees import Scale
 from ovita.paths.geometry import Mask, runs
 from ovita.paths.part import PathPart, between, near
-from ovita.paths.scene import OPPOSITE, Scene
-from ovita.paths.trajectory import Trajectory
+from ovita.paths.scene import OPPOSITE, Scene, SceneObject
+from ovita.paths.trajectory import Array, Trajectory, arc_length
+from ovita.toolkit.approach import stays
 
 
 def left_out(
@@ -145,3 +146,44 @@ def _at_odds(one: F.SemanticFrame, other: F.SemanticFrame) -> bool:
             axes = [{said.lstrip("-") for said, _ in frame.offset} for frame in (one, other)]
             return any({*axes[0]} & {word, OPPOSITE.get(word, word)} for word in axes[1])
     return False
+
+
+def near_without_stays(
+    item: SceneObject, reach: float, trajectory: Trajectory, up: Array
+) -> tuple[float, tuple[tuple[int, int], ...]]:
+    """How far from an object a shift near it reaches [m], and what it leaves alone there, as ranges.
+
+    That is start, goal and stops that are not at the object, and what is beyond them. Where the path passes over or
+    under it, only that is at it.
+
+    Args:
+        item: The object.
+        reach: How far from it a shift would reach otherwise [m].
+        trajectory: The path.
+        up: The unit vector (3,) of up.
+    """
+    rows, path, scale = trajectory.to_array(), trajectory.positions, Scale.of(trajectory)
+    level = path - ((path - item.position) @ up)[:, None] * up
+    distance, gap = item.core(path).depth(path), item.cuboid.signed(level)[0]
+    if gap.min() > 0.0:
+        gap = item.cuboid.signed(path)[0]
+    at = gap <= BESIDE * max(float(gap.min()), 0.0) + ROOM * scale.extent
+    aside = stays(rows) & ~at
+    if not (aside & (distance <= reach)).any():
+        return reach, ()
+    nearer = distance < float(distance[at].min())
+    reach = scale.near(path[~nearer], item)
+    within = distance <= reach
+    left = within & (aside | nearer)
+    s = arc_length(path)
+    for a, b in runs(nearer):  # on the way from an end to where it passes over the thing, half is enough to get there
+        if (a == 0) != (b == len(path) - 1):
+            half = (s[a] + s[b]) / 2.0
+            left[a : b + 1] &= aside[a : b + 1] | ((s[a : b + 1] <= half) == (a == 0))
+    for a, b in runs(within & ~left):
+        left[a : b + 1] |= not at[a : b + 1].any()
+    return reach, tuple(runs(left))
+
+
+BESIDE, ROOM = 1.15, 0.003
+"""How many times as far off as the nearest, and what share of the path's extent beyond, a stop is not at an object."""
