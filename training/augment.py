@@ -7,18 +7,19 @@ import random
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
 
-from ovita.instruct import slots
+from ovita.instruct import remarks, slots
 from ovita.instruct.encoder import QUERIES, concepts_of
 from ovita.instruct.frames import Quantity, SemanticFrame
 from ovita.instruct.lexicon import concept_at, concepts
 from ovita.instruct.notation import parse
 from ovita.instruct.numerals import written_out
-from ovita.instruct.sketch import LETTERS, UNCLEAR, Fragment, Referent, Sketch, sketch
+from ovita.instruct.sketch import LETTERS, UNCLEAR, UNITS, Fragment, Referent, Sketch, sketch
 from ovita.instruct.slots import Atom
 from ovita.paths.scene import Scene, SceneObject
 
@@ -120,6 +121,8 @@ def sample_of(
         found = dict.fromkeys(slots.POINTERS, -1)
         for name, quantity in atom.amounts.items():
             found[name] = amount_mention(seen.mentions, quantity, used, example.before or ())
+            if found[name] == UNKNOWN and not quantity.value:
+                found[name] = -1  # of no height and no distance no word says a number
             if found[name] == UNKNOWN and misses is not None:
                 misses.append(
                     f"{example.voice}:{example.number} {example.sentence} | {name}={quantity.said or quantity.value}"
@@ -275,6 +278,11 @@ ENDS = (
     ", otherwise it spills", ", no exceptions", ", i mean it", ", mind you", ", as we discussed", "for the demo", "lol",
     ", that's all", ", you know", "!", "...", ", cheers", "since people are watching", ", it looks odd now", "today",
 )  # fmt: skip
+TAKING_BACK = (
+    "no", ", no ,", ", i mean", ", sorry ,", ", no wait ,", ". no .", ", make that", ", or rather", ", scratch that ,",
+    ", correction ,", ", actually", ", er ,", "- no -", ", wait ,", "... no ,", ", i meant", ", not that ,",
+    "or better",
+)  # fmt: skip
 SWAPS = """
 slight large faster slower closer away smooth left right up down raise wait stop circle spiral zigzag wave hop
 hover mirror rotate tilt reverse resize near between over under constant ramp_up ramp_down goal start first last middle
@@ -361,7 +369,7 @@ TEMPLATES = {
 
 def words() -> list[str]:
     """All phrases that sentences are varied with."""
-    return [p for c in concepts().values() for p in c] + [*NOUNS, *ADJECTIVES, *BEGINS, *ENDS, *JOINTS]
+    return [p for c in concepts().values() for p in c] + [*NOUNS, *ADJECTIVES, *BEGINS, *ENDS, *JOINTS, *TAKING_BACK]
 
 
 def templates(known: frozenset[str]) -> list[Sample]:
@@ -387,6 +395,8 @@ def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = fro
     """Endless varied samples: every sentence equally often, some joined with another one."""
     simple = templates(known)
     first = [s for s in pool if s.first and _asks_for_all(s)]
+    single = [s for s in pool if _edits_one(s)]
+    named = [s for s in single if _names_it(s)]
     while True:
         for sample in rng.sample(pool, len(pool)):
             draw = rng.random()
@@ -398,12 +408,118 @@ def vary(pool: Sequence[Sample], rng: random.Random, known: frozenset[str] = fro
                     sample = joined(sample, rng.choice(first), rng)
             elif 0.07 < draw < 0.12:
                 sample = elsewhere(sample, rng)
+            elif 0.12 < draw < 0.16:
+                sample = taken_back(sample, rng)
+            elif 0.16 < draw < 0.26 and single:
+                sample = both(rng.choice(single), rng.choice(named), rng) or sample
             yield changed(sample, rng)
+
+
+def taken_back(sample: Sample, rng: random.Random) -> Sample:
+    """A sentence with another amount or thing before one that it means, and words that take that back (Levelt 1983)."""
+    pieces, mentions = [*sample.sketch.pieces], sample.sketch.mentions
+    meant = {i for pointers in sample.pointers for i in pointers.values() if i >= 0}
+    marks = {*LETTERS, *UNITS.values()}
+    slips = [k for k, piece in enumerate(pieces) if piece.mention in meant and piece.text in marks]
+    if not slips or len(pieces) > 60:
+        return sample
+    at = rng.choice(slips)
+    mark, old = pieces[at].text, mentions[pieces[at].mention]
+    if old.is_object:
+        unused = [letter for letter in LETTERS if all(piece.text != letter for piece in pieces)]
+        mark, old = (unused or LETTERS)[-1 if not unused else 0], Referent(None, ("something else",))
+    elif rng.random() < 0.3:
+        mark = UNITS[""]
+    wrong = [Fragment(mark, None, len(mentions)), *(Fragment(w, None) for w in rng.choice(TAKING_BACK).split())]
+    if at and pieces[at - 1].text in ("the", "a", "my") and rng.random() < 0.7:
+        wrong.append(pieces[at - 1])
+    pieces[at:at] = wrong
+    return replace(sample, sketch=in_order(replace(sample.sketch, pieces=tuple(pieces), mentions=(*mentions, old))))
+
+
+def in_order(seen: Sketch) -> Sketch:
+    """A sentence with the letters of its things in the order in which they are mentioned."""
+    order = [p.text for p in (*seen.pieces, *(seen.before or ())) if p.text in LETTERS]
+    named = dict(zip(dict.fromkeys(order), LETTERS, strict=False))
+    pieces, before = (
+        tuple(replace(p, text=named.get(p.text, p.text)) for p in of) for of in (seen.pieces, seen.before or ())
+    )
+    return replace(seen, pieces=pieces, before=before if seen.before is not None else None)
 
 
 def _asks_for_all(sample: Sample) -> bool:
     """Whether all that a sentence asks for can be done."""
     return all(atom.label("action") not in ("ask", "improper") for atom in sample.atoms)
+
+
+ABOUT_ONE = frozenset(("scale", "set", "replace", "restrict", "except", "flip", "drop"))
+"""Edits of one change among several."""
+
+
+def _names_before(sample: Sample) -> list[str]:
+    """The names of the frames before a turn."""
+    texts = [";", *(piece.text for piece in sample.sketch.before or ())]
+    return [text for end, text in pairwise(texts) if end == ";"]
+
+
+def _edits_one(sample: Sample) -> bool:
+    """Whether a turn is about the one change before it, of a kind that edits can name."""
+    actions = {atom.label("action") for atom in sample.atoms}
+    names = _names_before(sample) if actions and actions <= ABOUT_ONE else []
+    return len(names) == 1 and names[0] in slots.TRAINED and len(sample.sketch.pieces) < 30
+
+
+def _names_it(sample: Sample) -> bool:
+    """Whether a turn has a word for the change that it is about, or names its thing."""
+    (name,) = _names_before(sample)
+    before = {piece.text for piece in sample.sketch.before or ()} - {
+        "by",
+        "to",
+        "at",
+        "in",
+        "near",
+        "of",
+        "least",
+        "most",
+    }
+    words = {piece.text for piece in sample.sketch.pieces}
+    told = {kind for concept in concepts_of(sample.sketch.pieces) for kind in remarks.NOUNS.get(concept, ())}
+    return name in told or any(word in before for word in words if word in LETTERS or word.isalpha())
+
+
+def both(one: Sample, other: Sample, rng: random.Random) -> Sample | None:
+    """Two turns, each about another change, as one turn about two changes; None if both are of the same kind."""
+    names = [*_names_before(one), *_names_before(other)]
+    if names[0] == names[1] or len(one.atoms) + len(other.atoms) > QUERIES:
+        return None
+    if rng.random() < 0.5:
+        one, other, names = other, one, names[::-1]
+    told = joined(_about(one, names[0]), _about(other, names[1]), rng)
+    shift = len(one.sketch.mentions)
+    renamed = _letters(other.sketch, told.sketch.pieces[-len(other.sketch.pieces) :])
+    taken = {piece.text for piece in (*told.sketch.pieces, *(one.sketch.before or ())) if piece.text in LETTERS}
+    later = []
+    for piece in other.sketch.before or ():
+        text = piece.text
+        if text in LETTERS and text not in renamed:
+            renamed[text] = next((letter for letter in LETTERS if letter not in taken), LETTERS[-1])
+            taken.add(renamed[text])
+        later.append(
+            replace(piece, text=renamed.get(text, text), mention=piece.mention + shift if piece.mention >= 0 else -1)
+        )
+    parts = [tuple(one.sketch.before or ()), tuple(later)]
+    rng.shuffle(parts)
+    return replace(told, sketch=in_order(replace(told.sketch, before=(*parts[0], Fragment(";", None), *parts[1]))))
+
+
+def _about(sample: Sample, name: str) -> Sample:
+    """A turn whose edits name the change that they are about."""
+    return replace(sample, atoms=tuple(replace(atom, labels=atom.labels | {"on": name}) for atom in sample.atoms))
+
+
+def _letters(sketch: Sketch, pieces: Sequence[Fragment]) -> dict[str, str]:
+    """The letters of a sentence, with those that stand for them in other pieces of the same words."""
+    return {a.text: b.text for a, b in zip(sketch.pieces, pieces, strict=True) if a.text in LETTERS}
 
 
 def joined(one: Sample, other: Sample, rng: random.Random) -> Sample:
@@ -414,7 +530,8 @@ def joined(one: Sample, other: Sample, rng: random.Random) -> Sample:
     while pieces and pieces[-1].text in ".!,;?":
         pieces.pop()
     pieces += [Fragment(word, None) for word in rng.choice(JOINTS).split()]
-    letters = {p.text: one.sketch.mentions[p.mention].items for p in one.sketch.pieces if p.text in LETTERS}
+    known = (*one.sketch.pieces, *(one.sketch.before or ()))
+    letters = {p.text: one.sketch.mentions[p.mention].items for p in known if p.text in LETTERS}
     shift = len(one.sketch.mentions)
     renamed: dict[str, str] = {}
     same_object = rng.random() < 0.25 and letters

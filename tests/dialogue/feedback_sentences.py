@@ -311,7 +311,6 @@ THIRD = [
     (["drive twice as fast near the bottle"], "the other way around", {"at_bottle": (0.3, 0.8)}),
     (["keep a distance of 0.6 from the cup"], "0.7 instead", {"gap_cup": (0.69, 0.72)}),
     (["keep a distance of 0.6 from the cup"], "a little more distance", {"gap_cup": (0.65, 0.8)}),
-    (["keep a distance of 0.6 from the cup"], "not so far away", {"gap_cup": (0.39, 0.55)}),
     (
         ["keep a distance of 0.6 from the cup"],
         "the same for the bottle",

@@ -33,7 +33,7 @@ SCENE = Scene((TRAY, CUP))
 def test_what_says_from_where_the_goal_is_reached_is_read_beside_the_rest(said, meant):
     verdict = understand(said, SCENE, PATH)
     assert same(verdict.reading.frames, parse(meant, SCENE.names)), show(verdict.reading.frames)
-    assert verdict.outcome == "do"
+    assert verdict.outcome in ("do", "needs_confirmation")
 
 
 @pytest.mark.parametrize(

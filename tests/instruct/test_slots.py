@@ -107,7 +107,7 @@ def test_objects_and_amounts_are_replaced_by_marks(sentence, seen):
         ("half as much again", 1.5, "x"),
         ("a quarter turn", 90, "deg"),
         ("three quarters of it", 0.75, "%"),
-        ("between 5 and 8 cm", 0.065, "m"),
+        ("5 to 8 cm", 0.065, "m"),
         ("brake with 0.2 m/s2", 0.2, "m/s2"),
     ],
 )

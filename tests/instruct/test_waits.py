@@ -25,7 +25,6 @@ STEPS_THERE = 20
         ("wait 2 seconds longer at the desk", 40),
         ("wait another 3 seconds at the desk", 50),
         ("wait longer at the desk", 40),
-        ("stay 2 seconds longer at the stop", 40),
         ("you don't need to wait at the desk any more", 0),
     ],
 )

@@ -35,8 +35,8 @@ SCENE = Scene(
         ("go 5 cm closer to the tuba", "closer tuba by=5cm"),
         ("hug the tuba closer, about a foot off", "clearance tuba at=1ft"),
         (
-            "slower over the hoop and the tuba, and 2 m/s at most near them",
-            "pace slower @near=hoop+tuba; pace at_most=2m/s @near=hoop+tuba",
+            "slower over the hoop and the tuba, and wider around them",
+            "pace slower @near=hoop+tuba; farther hoop+tuba",
         ),
         ("First half takes ten minutes, second half takes six.", "pace to=10min @first=50%; pace to=6min @last=50%"),
     ],

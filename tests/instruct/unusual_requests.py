@@ -23,7 +23,6 @@ UNUSUAL = [
     "follow the path until the cup and then go straight to the fan",
     "reverse the second half",
     "add some noise",
-    "use a trapezoidal speed profile",
     "accelerate exponentially",
     "go left and frobnicate the gizmo",
     "go left, moonwalk",

@@ -66,7 +66,8 @@ def setting(frames: Sequence[F.SemanticFrame], objects: Sequence[str]) -> tuple[
     levels = [q.value for f, _, q in quantities if isinstance(f, F.Height) and q.unit == "m"]
     levels += [abs(p.amount or 0.0) for p in parts if p.kind == "beyond" and p.direction in ("up", "down")]
     if levels and not lengths:
-        size = max(min(8.0 * min(levels), 2.0), 2.0 * max(levels))
+        far = [abs(level) for level in levels]  # below an object they are negative
+        size = max(min(8.0 * min(far), 2.0), 2.0 * max(far)) or 2.0
     counts = [p.until or p.amount or 0 for p in parts if p.kind in ("first", "last", "range") and p.unit == "waypoints"]
     counts += [q.value for _, _, q in quantities if q.unit == "waypoints"]
     counts += [p.value for f in frames for p in vars(f).values() if isinstance(p, F.Quantity) and p.unit == "waypoints"]

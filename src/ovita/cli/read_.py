@@ -47,8 +47,6 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
         click.echo(json.dumps(shown, ensure_ascii=False))
         return
     say("Words     " + "  ".join(f"{word['text']} [{word['class']}]" for word in words))
-    if verdict.apart:
-        say(f"Apart     {notation.show(verdict.apart)}")
     say(f"Read      {line(verdict.reading)}")
     say(f"Verdict   {OUTCOMES[verdict.outcome]} ({verdict.confidence:.2f})")
     say(*(f"          {text}" for text in _reasons(verdict)))
@@ -71,11 +69,9 @@ def _reasons(verdict: Understanding) -> list[str]:
 
 def document(verdict: Understanding) -> dict[str, Any]:
     """A verdict and its readings as JSON values."""
-    from ovita.instruct.notation import show
-
     said: dict[str, Any] = {"outcome": verdict.outcome, "likely": round(verdict.confidence, 4)}
     said |= {"unused": list(verdict.unused), "doubts": list(verdict.doubts)}
-    return {"apart": show(verdict.apart), "verdict": said | _reading(verdict.reading)}
+    return {"verdict": said | _reading(verdict.reading)}
 
 
 def _reading(reading: Reading) -> dict[str, Any]:

@@ -50,9 +50,10 @@ class Feedback:
 
     @property
     def left_over(self) -> tuple[str, ...]:
-        """The unread words, where they hold an amount or are several."""
-        words = self.reading.unread
-        return words if len(words) > 1 or any(amount_at(w.split(), 0) is not None for w in words) else ()
+        """The unread words, where they hold an amount, are several, or are a wish by itself ("and dance")."""
+        words, said = self.reading.unread, self.said.lower()
+        counts = any(amount_at(w.split(), 0) is not None or f"and {w}" in said for w in words)
+        return words if len(words) > 1 or counts else ()
 
 
 def frames_in(turns: Sequence[Adaptation]) -> tuple[SemanticFrame, ...]:

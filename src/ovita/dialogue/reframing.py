@@ -260,8 +260,7 @@ class DialogueState:
 
     def _together(self, said: str) -> tuple[SemanticFrame, ...]:
         """The frames of what led to a question, said together with its answer: "move it by 10 cm", "to the right"."""
-        verdict = understand(f"{self.asked.rstrip(' .!?')} {said}", self.now.scene, self.current)
-        return verdict.reading.frames if verdict.outcome == "do" and not verdict.unused else ()
+        return self._meant(f"{self.asked.rstrip(' .!?')} {said}", self.now.scene)
 
     def _with_thing(self, name: str) -> tuple[SemanticFrame, ...]:
         """The frames of what led to a question with an object in place of what it left open, or of all of its kind."""

@@ -55,6 +55,6 @@ def _steps_back(said: str, state: DialogueState) -> bool:
 
 
 def _asks_anew(said: str, state: DialogueState) -> bool:
-    """Whether an utterance is an instruction; "back to how it was" says no more than a step back."""
+    """Whether an utterance is an instruction; "back to how it was" and "keep the shift" are none."""
     wish = state.read(said)
-    return is_certain(wish) and any(name_of(frame) != "return" for frame in wish.frames)
+    return is_certain(wish) and any(name_of(frame) not in ("return", "keep") for frame in wish.frames)

@@ -13,7 +13,7 @@ from itertools import pairwise, takewhile
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
-from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, senses
+from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, kept, senses
 from ovita.instruct.frames import OPPOSITES, held_by
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
@@ -46,6 +46,7 @@ def contradictions(
         checks: Those to be made; by default all.
         certain: Whether the reader is so sure that only what it never sees counts.
     """
+    said = kept(said)
     facts = Facts(said, tuple(frames))
     checks = checks or CHECKS + IN_SHORT * (len(said) <= SHORT)
     checks = [check for check in checks if not (certain and check in MINDED and "than" not in facts.words)]
@@ -71,6 +72,14 @@ def _negated(it: Facts) -> str:
     if _borne_out(it, denied):
         return ""
     return f"{it.word({'never'} & it.plain or {'keep'})} may belong to something else."
+
+
+def _stopped(it: Facts) -> str:
+    """A "stop" that ends what comes behind it: "stop slowing down"."""
+    for word, what in pairwise(it.said):
+        if word.text.lower() in ("stop", "quit", "cease") and what.kind in {"slower", "faster"} & it.senses:
+            return f"{word.text!r} may be about {what.text!r}."
+    return ""
 
 
 def _borne_out(it: Facts, denied: Sequence[Sequence[Chunk]]) -> bool:
@@ -143,7 +152,7 @@ def _object_left(it: Facts) -> str:
 
 def _limits(frame: F.SemanticFrame, kinds: frozenset[str]) -> bool:
     """Whether a negation asks for a frame: it keeps, bounds, excepts, or is the opposite of what is said."""
-    if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid) or frame.part.kind == "outside":
+    if isinstance(frame, F.Keep | F.Clearance | F.Bound | F.Avoid | F.NoStop) or frame.part.kind == "outside":
         return True
     if getattr(frame, "change", "") == "constant" or any(q.role in BOUNDS for q in frame.quantities.values()):
         return True
@@ -459,7 +468,7 @@ CHECKS: tuple[Check, ...] = (
     _two_points, _thing_unknown, _each_by_the_other, _conditional, _thing_moved, _other_deed, _without_unit,
     _exception_left, _unsaid, _half_left,
 )  # fmt: skip
-IN_SHORT: tuple[Check, ...] = (_turned, _negated, _wish_left)
+IN_SHORT: tuple[Check, ...] = (_turned, _negated, _stopped, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""
 
 MINDED = (_object_left,)

@@ -129,7 +129,7 @@ def apply(
         values: What was realised for slots that the frames leave open, and what a person turned by hand.
     """
     known = tuple(frames)
-    edits, further_bounds = _bounds_apart(edits, known)
+    edits, further_bounds = _bounds_apart(_told_apart(edits, known), known)
     for edit in edits:
         known = _APPLIED[type(edit)](edit, known, dict(values or {}))
         if isinstance(edit, Restrict):  # what is confined to where the same is asked for already is that
@@ -152,15 +152,69 @@ def is_called(frame: F.SemanticFrame, name: str) -> bool:
     return both or name in (name_of(frame), frame.NAME, *directions_of(frame), *frame.named)
 
 
-def chosen(frames: Sequence[F.SemanticFrame], on: str, fits: Callable[[F.SemanticFrame], object]) -> int | None:
-    """Number of the frame that an edit is about: the last one called so that fits, else that fits, else called so."""
+def name_among(frames: Sequence[F.SemanticFrame], i: int) -> str:
+    """What one of several frames is called, and no other: its kind, a direction or an object of its own, or both."""
+    frame, others = frames[i], [f for k, f in enumerate(frames) if k != i]
+    both = (f"{name_of(frame)} {thing}" for thing in frame.named)
+    names = (name_of(frame), *directions_of(frame), *frame.named, *both)
+    return next((name for name in names if not any(is_called(f, name) for f in others)), names[0])
+
+
+def chosen(frames: Sequence[F.SemanticFrame], on: str, fits: Callable[[F.SemanticFrame], int]) -> int | None:
+    """Number of the frame that an edit is about: the last one called so that fits, else that fits best, else called so.
+
+    Args:
+        frames: Those before.
+        on: What the edit calls it, or "".
+        fits: How well a frame fits; 0 if it does not.
+    """
     named = [i for i, frame in enumerate(frames) if on and is_called(frame, on)]
-    fitting = [i for i, frame in enumerate(frames) if fits(frame)]
-    both = [i for i in named if i in fitting]
+    how_well = [fits(frame) for frame in frames]
+    both = [i for i in named if how_well[i]]
+    best = max(how_well, default=0)
+    fitting = [i for i, fit in enumerate(how_well) if fit == best > 0]
     return next(reversed(both or fitting or named), None)
 
 
-def _changed(frames: Frames, on: str, fits: Callable[[F.SemanticFrame], object], change: Change) -> Frames:
+def _fit(edit: Edit, frame: F.SemanticFrame) -> int:
+    """How well a frame fits an edit that does not say which one it is about; 0 if it does not."""
+    match edit:
+        case Set(slot=slot, quantity=q):
+            name = slot_for(frame, slot, q.unit)
+            held = frame.quantities.get(name)
+            return 0 if not name else 1 + (held is not None) + (held is not None and slot in (name, held.role))
+        case Rescale():
+            return int(bool(slots(frame)) or isinstance(frame, F.Smooth | F.Curve))
+        case Flip():
+            return int(_flip(frame) != frame)
+        case Replace(direction=None, end=""):
+            return int(bool(frame.named))
+        case Replace(direction=way, end=end):
+            return int((_turned(frame, way) if way else _at_end(frame, end)) != frame)
+    return 1
+
+
+ABOUT_ONE = (Set, Rescale, Flip, Replace, Restrict, Except)
+"""Edits of one of the frames before."""
+
+
+def _told_apart(edits: Sequence[Edit], frames: Frames) -> list[Edit]:
+    """Several edits, each that names no frame as one of a frame that fits it and that no other edit is about."""
+    taken = {i for edit in edits for i, frame in enumerate(frames) if edit.on and is_called(frame, edit.on)}
+    found: list[Edit] = []
+    for edit in edits:
+        open_ = [frame for i, frame in enumerate(frames) if i not in taken]
+        if len(edits) > 1 and not edit.on and isinstance(edit, ABOUT_ONE) and taken:
+            at = chosen(open_, "", lambda frame, edit=edit: _fit(edit, frame))  # type: ignore[misc]
+            if at is not None:
+                i = frames.index(open_[at])
+                edit = replace(edit, on=name_among(frames, i))
+                taken.add(i)
+        found.append(edit)
+    return found
+
+
+def _changed(frames: Frames, on: str, fits: Callable[[F.SemanticFrame], int], change: Change) -> Frames:
     """Frames with a change of the one that an edit is about."""
     i = chosen(frames, on, fits)
     return frames if i is None else _put_at(frames, i, change(frames[i]))
@@ -197,7 +251,7 @@ def realised(frame: F.SemanticFrame, number: int, values: Values) -> F.SemanticF
 
 
 def _rescaled(edit: Rescale, frames: Frames, values: Values) -> Frames:
-    i = chosen(frames, edit.on, lambda f: slots(f) or isinstance(f, F.Smooth | F.Curve))
+    i = chosen(frames, edit.on, lambda f: _fit(edit, f))
     if i is None:
         return frames
     if isinstance(bare := frames[i], F.Clearance) and bare.distance.value == 0.0 and factor_of(edit) > 1.0:
@@ -314,7 +368,7 @@ def _as_distance(edit: Set, frames: Frames) -> Frames | None:
 def _set(edit: Set, frames: Frames, values: Values) -> Frames:
     if (kept := _as_distance(edit, frames)) is not None:
         return kept
-    i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
+    i = chosen(frames, edit.on, lambda f: _fit(edit, f))
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
     if i is None or not name:
         return frames
@@ -337,7 +391,7 @@ def _bounds_apart(edits: Sequence[Edit], frames: Frames) -> tuple[Sequence[Edit]
 
 def _other_bound(edit: Set, frames: Frames) -> F.SemanticFrame | None:
     """A frame with the bound on the other side than the one that stands: "at least 0.1, and at most 0.4"."""
-    i = chosen(frames, edit.on, lambda f: slot_for(f, edit.slot, edit.quantity.unit))
+    i = chosen(frames, edit.on, lambda f: _fit(edit, f))
     name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
     old = frames[i].quantities.get(name) if i is not None else None
     if i is None or old is None or {old.role, edit.slot} != {"at_least", "at_most"}:
@@ -390,8 +444,7 @@ def _replaced(edit: Replace, frames: Frames, values: Values) -> Frames:
             return _turned(frame, edit.direction)
         return _at_end(frame, edit.end) if edit.end else _about(frame, edit.objects)
 
-    replaces_object = edit.direction is None and not edit.end
-    return _changed(frames, edit.on, lambda f: f.named if replaces_object else change(f) != f, change)
+    return _changed(frames, edit.on, lambda f: _fit(edit, f), change)
 
 
 def _turned(frame: F.SemanticFrame, direction: F.Direction) -> F.SemanticFrame:
@@ -473,7 +526,7 @@ def inherited(frame: F.SemanticFrame, kin: F.SemanticFrame) -> F.SemanticFrame:
 _APPLIED: dict[type[Edit], Callable[[Any, Frames, Values], Frames]] = {
     Rescale: _rescaled,
     Set: _set,
-    Flip: lambda edit, frames, _: _changed(frames, edit.on, lambda f: _flip(f) != f, _flip),
+    Flip: lambda edit, frames, _: _changed(frames, edit.on, lambda f: _fit(edit, f), _flip),
     Replace: _replaced,
     Restrict: lambda edit, frames, _: _parted(frames, edit.on, lambda f: replace(f, part=_confined(f.part, edit.part))),
     Except: lambda edit, frames, _: _parted(frames, edit.on, lambda f: _outside(f, edit.part)),

@@ -12,6 +12,7 @@ from ovita.instruct.encoder import concepts_of
 from ovita.instruct.frames import (
     OPPOSITES,
     Approach,
+    Arrive,
     Clearance,
     Extend,
     Figure,
@@ -23,25 +24,22 @@ from ovita.instruct.frames import (
     SemanticFrame,
     Shift,
     Side,
-    StopAt,
     Visit,
     Wait,
-    held_by,
 )
 from ovita.instruct.lexicon import concept_at
 from ovita.instruct.sketch import DETERMINERS, Fragment, Sketch
-from ovita.instruct.slots import Atom, Unfit
+from ovita.instruct.slots import Atom
 from ovita.instruct.whereabouts import placed
-from ovita.paths.part import WHOLE
 
 NONE = Quantity(0.0, "m")
 """The distance of what is not touched, and the height over a thing of what is as high as it."""
 
-SHORT_OF = frozenset("short before shy off away from front ahead close nearer".split())
-"""Words with which a length is left to what a path stops at."""
-
 BACKING = ("back up", "backing up", "back off", "back out", "reverse", "retreat", "retract", "back along")
 """How words begin that ask for the way back from where the robot is."""
+
+LONGER = frozenset("longer another extra additional".split())
+"""Words with which a wait is to last so much longer."""
 
 SINKING = frozenset("down downward downwards descend descends descending descent sink sinks sinking drop".split())
 RISING = frozenset("up upward upwards ascend ascending ascent climb climbing rise rising".split())
@@ -55,10 +53,9 @@ NO_WAY_DOWN = frozenset("slow slows slowing slowed calm wind it".split())
 """Words behind which a "down" is no direction: "slow down", "slow it down"."""
 
 
-def without_amounts(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
-    """Atoms with the amounts that go without a number: not to touch something, or a height that is a thing's."""
-    said = _lengths_said(seen)
-    found = [_with_none(atom) if not said and "amount" not in atom.amounts else atom for atom in atoms]
+def each_its_own(atoms: Iterable[Atom], seen: Sketch) -> tuple[Atom, ...]:
+    """Atoms without an amount that is only the next one's: "up and 10 cm to the left"."""
+    found = [*atoms]
     for i, (one, other) in enumerate(pairwise(found)):
         if one.label("direction") and one.amounts == other.amounts and _is_the_others(one, other, seen):
             found[i] = replace(one, amounts={})
@@ -82,16 +79,6 @@ def _ways(pieces: Sequence[Fragment]) -> set[str]:
     return {{"raise": "up", "lower": "down"}.get(concept, concept) for concept in concepts}
 
 
-def _lengths_said(seen: Sketch) -> bool:
-    return any(m.unit in ("m", "") and not m.is_object for m in seen.mentions)
-
-
-def _with_none(atom: Atom) -> Atom:
-    action = atom.label("action")
-    apart = action == "clearance" and atom.label("role") == "at_least"
-    return replace(atom, amounts={**atom.amounts, "amount": NONE}) if apart or action == "height" else atom
-
-
 def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple[tuple[Any, ...], frozenset[int]]:
     """Items with what nothing points at: the distance left to a stop, whose height is meant, how far back.
 
@@ -110,7 +97,7 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
     for item in items:
         pieces = seen.pieces if len(items) == 1 else _about(item, seen)
         text = " ".join(piece.text.lower() for piece in pieces if piece.text.replace("'", "").isalpha())
-        told, mention = _completed(_halved(_untouched(item, items, text), seen), text, _left(used, seen), seen)
+        told, mention = _completed(_halved(item, seen), text, _left(used, seen), seen)
         used |= {mention} - {NOWHERE}
         found.append(placed(told, pieces, seen))
     return tuple(found), used
@@ -143,34 +130,25 @@ def _left(used: frozenset[int], seen: Sketch) -> list[int]:
     return [i for i, mention in enumerate(seen.mentions) if mention.words and i not in used]
 
 
-def _untouched(item: Any, items: Sequence[Any], text: str) -> Any:
-    """A clearance whose distance is another wish's as one of none: "go left by 0.2 and do not touch the kettle"."""
-    if not isinstance(item, Clearance) or item.distance.role != "at_least" or TOUCHING.isdisjoint(text.split()):
-        return item
-    others = [one for one in items if isinstance(one, SemanticFrame) and one is not item]
-    shared = any(item.distance.value in held_by(other) for other in others)
-    return replace(item, distance=replace(NONE, role="at_least")) if shared else item
-
-
 SKIMMING = frozenset("skim skims skimming graze grazes grazing barely low".split())
 """Words for a pass close over a thing."""
-
-TOUCHING = frozenset("touch touching bump bumping hit hitting collide colliding knock".split())
-"""Words for what is not to happen between the robot and a thing."""
 
 
 def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple[Any, int]:
     """An item with what it lacks, and the mention that this was read from."""
     words = frozenset(text.split())
     match item:
-        case StopAt(by=None) | Wait(by=None) if item.named and not SHORT_OF.isdisjoint(words):
-            return _stopped_short(item, left, seen)
-        case Height(of="", level=Quantity(value=0.0)) if not _lengths_said(seen):
-            return _as_high_as(item, left, seen)
+        case Wait(longer=False, duration=Quantity()) if LONGER & words and not DENYING & words:
+            return replace(item, longer=True), NOWHERE
+        case Arrive(place="") if len(things := [i for i in left if len(seen.mentions[i].items) == 1]) == 1:
+            return replace(item, place=seen.mentions[things[0]].items[0]), things[0]
+        case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
+            return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
+        case Height(of=str() as thing, level=Quantity() as level) if thing and level.value > 0 and _below(thing, seen):
+            role = "to" if BOUNDING.isdisjoint(words) else level.role
+            return replace(item, level=replace(level, value=-level.value, role=role, said="")), NOWHERE
         case Height(of="", level=Quantity(role="to")) if not item.part and (end := _end_told(seen)):
             return MoveEnd(end=end, level=item.level), NOWHERE
-        case Height(of="", level=Quantity()):
-            return _than_a_thing(item, left, seen)
         case Shift() | MoveEnd():
             return _put(item, text, seen), NOWHERE
         case Side(direction="left" | "right" | "front" | "back") if beside := _on_your_side(text) or _kept_off(seen):
@@ -181,8 +159,6 @@ def _completed(item: Any, text: str, left: Sequence[int], seen: Sketch) -> tuple
             return _with_gap(item, changed), NOWHERE
         case Pace():
             return _paced(item, text, seen), NOWHERE
-        case Extend(place="", by=Quantity() as by) if by.value > 0 and _says(text, BACKING):
-            return replace(item, by=replace(by, value=-by.value, said="")), NOWHERE
         case Figure():
             return _drawn(item, text), NOWHERE
         case Resample(amount=Quantity()):
@@ -321,44 +297,20 @@ def _sinks(text: str) -> bool:
     return not SINKING.isdisjoint(words) and RISING.isdisjoint(words)
 
 
-def _stopped_short(stop: StopAt | Wait, left: Sequence[int], seen: Sketch) -> tuple[StopAt | Wait, int]:
-    """A stop or a wait at the one length that is left from its place, unless that is denied."""
-    denied = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() == "not"}
-    lengths = [i for i in left if seen.mentions[i].unit == "m" and i not in denied]
-    return (replace(stop, by=seen.mentions[lengths[0]].quantity), lengths[0]) if len(lengths) == 1 else (stop, NOWHERE)
+def _below(thing: str, seen: Sketch) -> bool:
+    """Whether words say that a height is one below a thing: "30 cm lower than the lamp"."""
+    pieces = [piece for piece in seen.pieces if piece.text.lower() not in DETERMINERS]
+    words = [piece.text.lower() for piece in pieces]
+    named = [seen.mentions[piece.mention].items if piece.mention >= 0 else () for piece in pieces]
+    return any(
+        names == (thing,) and (words[k - 1] in BELOW or words[k - 2 : k] == ["lower", "than"])
+        for k, names in enumerate(named)
+    )
 
 
-def _as_high_as(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Height, int]:
-    """The height of the one thing that is left."""
-    things = [i for i in left if len(seen.mentions[i].items) == 1]
-    if height.part.kind == "near" and len(height.part.places) == 1:  # "level with the lamp"
-        return replace(height, of=height.part.places[0], part=WHOLE), NOWHERE
-    if len(things) != 1:
-        raise Unfit("How high is that, in metres")
-    return replace(height, of=seen.mentions[things[0]].items[0]), things[0]
-
-
-def _than_a_thing(height: Height, left: Sequence[int], seen: Sketch) -> tuple[Height, int]:
-    """So much lower or higher than the one thing that is left: "30 cm lower than the lamp"."""
-    behind = {b.mention: a.text for a, b in _without_the(seen) if b.mention in left}
-    things = [i for i, word in behind.items() if word in COMPARING and len(seen.mentions[i].items) == 1]
-    if len(things) != 1:
-        return height, NOWHERE
-    words = {piece.text.lower() for piece in seen.pieces}
-    value = -height.level.value if words & {"lower", "below", "under", "beneath"} else height.level.value
-    role = "to" if height.level.role in ("at_least", "at_most") and not words & BOUNDING else height.level.role
-    of = seen.mentions[things[0]].items[0]
-    return replace(height, of=of, level=replace(height.level, value=value, role=role, said="")), things[0]
-
-
-COMPARING = frozenset("than below above under over beneath".split())
+BELOW = frozenset("below under beneath underneath".split())
 BOUNDING = frozenset("never always least most not don't stay keep remain must no".split())
 """Words with which a height is one that nothing is to pass."""
-
-
-def _without_the(seen: Sketch) -> list[tuple[Fragment, Fragment]]:
-    """Neighbouring pieces, articles aside."""
-    return list(pairwise(piece for piece in seen.pieces if piece.text.lower() not in DETERMINERS))
 
 
 def _on_your_side(text: str) -> str:

@@ -10,11 +10,12 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from ovita.instruct.chunks import chunks
-from ovita.instruct.numerals import NUMBER_WORDS
+from ovita.instruct.numerals import NUMBER_WORDS, written_out
 from ovita.paths.geometry import runs
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, arc_length, interpolate
@@ -314,3 +315,31 @@ def parallel(stretches: Sequence[tuple[int, int]], positions: Array) -> list[tup
     alike = (np.abs(way @ way.T) > np.cos(TURNING)) & (np.abs(size[:, None] - size) < LONG * size[:, None])
     best = alike[alike.sum(axis=1).argmax()] if len(stretches) else np.zeros(0, dtype=bool)
     return [s for s, row in zip(stretches, best, strict=True) if row] if best.sum() >= ROWS else [*stretches]
+
+
+def with_landmarks(text: str, scene: Scene, positions: Array | None) -> tuple[str, str]:
+    """An utterance with waypoints for features of the path, and what was taken for what.
+
+    Args:
+        text: As it was said or typed.
+        scene: Whose objects it may name.
+        positions: The path (N, 3) [m], or None.
+    """
+    text, points = on_axes(written_out(text), scene)
+    text, rows = by_feature(text, scene, positions)
+    return _marked(text), " ".join(filter(None, (points, rows)))
+
+
+def _marked(text: str) -> str:
+    """An utterance that begins with "this part" with "here" in its place, which is what was marked by hand."""
+    words = text.split()
+    for i, (word, thing) in enumerate(pairwise(words[:EARLY])):
+        if word.lower() == "this" and thing.lower().strip(",:") in STRETCHES:
+            return " ".join((*words[:i], "here", *words[i + 2 :]))
+    return text
+
+
+EARLY = 4
+"""Words of an utterance among which "this part" is no part that was named before it."""
+
+STRETCHES = frozenset("part bit section stretch segment".split())

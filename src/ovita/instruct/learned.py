@@ -10,15 +10,16 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ovita import text as words_of
+from ovita.instruct.editing import slots as slots_of
 from ovita.instruct.edits import Also
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
-from ovita.instruct.frames import Quantity, Reading, SemanticFrame
-from ovita.instruct.lacking import completed, without_amounts
+from ovita.instruct.frames import Quantity, Reading, SemanticFrame, name_of
+from ovita.instruct.lacking import completed, each_its_own
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
 from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, items_of
@@ -33,13 +34,18 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
     "move": ("direction", "degree", "part"),
     "end": ("choice", "relation", "direction", "degree", "spot"),
     **dict.fromkeys(("closer", "farther", "smooth"), ("degree", "part")),
-    **dict.fromkeys(("clearance", "height"), ("role", "part")),
+    "clearance": ("role", "part"),
+    "height": ("role", "spot", "step", "part"),
     **dict.fromkeys(("via", "avoid"), ("relation",)),
     **dict.fromkeys(("side", "tilt"), ("direction",)),
     **dict.fromkeys(("keep", "waypoints"), ("choice", "part")),
-    **dict.fromkeys(("stop", "wait"), ("spot",)),
-    **dict.fromkeys(("extend", "bound"), ("direction", "spot")),
+    "stop": ("spot",),
+    "wait": ("spot", "step"),
+    "extend": ("direction", "spot", "step"),
+    "bound": ("direction", "spot"),
     **dict.fromkeys(_FIGURES, ("spot", "sense", "degree", "part")),
+    **dict.fromkeys(("wave", "zigzag"), ("spot", "direction", "degree", "part")),
+    "spiral": ("spot", "sense", "step", "degree", "part"),
     **dict.fromkeys(("mirror", "trim"), ("choice", "spot")),
     "rotate": ("sense", "spot"),
     "resize": ("choice", "degree", "spot"),
@@ -63,13 +69,17 @@ POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_OF_OBJECTS, ("amount", "objects1", "objects2", "objects3")),
     **dict.fromkeys(_FIGURES, ("radius", "size", "turns", "rise")),
     "hover": ("amount", "duration", "objects1"),
-    "wait": ("duration",),
+    "stop": ("amount",),
+    "wait": ("amount", "duration"),
     "replace": ("objects1", "objects2"),
 }
 """What each action may point at, besides its place and its part of the path."""
 
 _FIRST = ("none", "ask", "improper", *TRAINED)
-ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
+Allowed: TypeAlias = Mapping[tuple[str, str], Sequence[str]]
+"""The classes that a head may say for an action."""
+
+ALLOWED: Allowed = {
     ("clearance", "role"): ("at_least", "at_most", "at"),
     ("height", "role"): ("to", "at_least", "at_most"),
     ("pace", "role"): ("by", "to"),
@@ -81,15 +91,18 @@ ALLOWED: dict[tuple[str, str], tuple[str, ...]] = {
     ("avoid", "relation"): ("over", "under", "between"),
     ("end", "spot"): ("", "object", "start", "goal", "middle", "objects"),
     ("replace", "spot"): ("", "start", "goal"),
-    **{(action, "spot"): ("", "object") for action in ("extend", "bound", "arrive")},
+    **{(action, "spot"): ("", "object") for action in ("extend", "bound", "arrive", "height")},
+    **{(action, "direction"): ("", "up") for action in ("wave", "zigzag")},
+    ("wait", "step"): ("0", "1"),
+    **{(action, "step"): ("0", "-1") for action in ("extend", "height", "spiral")},
     **{(action, "choice"): words for action, words in CHOICES.items()},
 }  # fmt: skip
 """What a head may say for an action, where that is not everything."""
 
 NEEDED: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("closer", "farther", "via", "side", "hop", "hover", "avoid"), ("objects1",)),
-    "clearance": ("objects1", "amount"),
-    **dict.fromkeys(("height", "set"), ("amount",)),
+    "clearance": ("objects1",),
+    "set": ("amount",),
 }  # fmt: skip
 """Pointers without which an action is nothing."""
 
@@ -97,6 +110,7 @@ NEEDED_BY: dict[tuple[str, str], tuple[str, ...]] = {
     ("relation", "between"): ("objects2",),
     **{("spot", spot): ("objects1",) for spot in ("object", "objects")},
     **{("part", kind): ("places1",) for kind in ("near", "after", "before")},
+    ("choice", "objects"): ("objects1",),
     ("part", "between"): ("places1", "places2"),
     **{("part", kind): ("part",) for kind in ("from", "every")},
     ("part", "range"): ("part", "until"),
@@ -215,19 +229,19 @@ class LearnedReader:
     def runners_up(self, heard: NetworkReading) -> list[Reading]:
         """Other readings, the likeliest first: each with one choice made otherwise."""
         forced = [NetworkReading(heard.seen, output, heard.before) for output in _otherwise(heard)]
-        rated = [(math.prod(choose(one.output, heard.seen).likelihoods), one) for one in forced]
+        rated = [(math.prod(choose(one.output, heard.seen, heard.before).likelihoods), one) for one in forced]
         return [self.reading(one) for _, one in sorted(rated, key=lambda pair: -pair[0])]
 
     def explain(self, heard: NetworkReading) -> tuple[Reading, Array]:
         """The reading before its confidence is calibrated, and the features (F,) that it is calibrated on."""
         seen, before = heard.seen, heard.before
-        choice = choose(heard.output, seen)
+        choice = choose(heard.output, seen, before)
         outcome = refusal(choice, seen)
         items: tuple[Any, ...] = ()
         misread = False
         if not outcome:
             try:
-                read = items_of(without_amounts(choice.atoms, seen), before or ())
+                read = items_of(each_its_own(choice.atoms, seen), before or ())
                 items, used = completed(read, choice.used, seen)
                 choice = replace(choice, used=used)
             except Unfit as error:
@@ -271,7 +285,7 @@ POSSIBLE = 0.1
 def _otherwise(heard: NetworkReading) -> Iterator[Output]:
     """The network's output with one class for sure that is among the three likeliest of its head, but not the first."""
     output = heard.output
-    atoms = choose(output, heard.seen).atoms
+    atoms = choose(output, heard.seen, heard.before).atoms
     for q in range(min(len(atoms) + 1, QUERIES)):
         action = atoms[q].label("action") if q < len(atoms) else ""
         heads = ("action", *OF_ACTION.get(action, ()))
@@ -342,8 +356,9 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
     return {}
 
 
-def choose(output: Output, seen: Sketch) -> Choice:
+def choose(output: Output, seen: Sketch, before: Sequence[SemanticFrame] | None) -> Choice:
     """The likeliest atoms of a sentence."""
+    allowed_here = {**ALLOWED, **_of_what_stood(before or (), seen)}
     atoms: list[Atom] = []
     likelihoods: list[float] = []
     used: set[int] = set()
@@ -356,11 +371,24 @@ def choose(output: Output, seen: Sketch) -> Choice:
             noticed = q and output.heads["action"][q][HEADS["action"].index("improper")] >= NOTICED
             besides = _best(output, "choice", q, CHOICES["improper"])[0] if noticed else ""
             break
-        atom, more = _atom(output, q, action, seen, used)
+        atom, more = _atom(output, q, action, seen, allowed_here, used)
         likelihoods += more
         if atom not in atoms:
             atoms.append(atom)
     return Choice(tuple(atoms), tuple(likelihoods), frozenset(used), besides)
+
+
+def _of_what_stood(before: Sequence[SemanticFrame], seen: Sketch) -> Allowed:
+    """What edits may be about: frames before, slots that one of these has, and a part where a thing is named."""
+    names = ("", *dict.fromkeys(map(name_of, before)))
+    held = {slot for frame in before for slot in slots_of(frame)} | {"direction"}
+    settable = [slot for slot in CHOICES["set"] if slot in held or slot in HEADS["role"] or slot == "of"]
+    parts = HEADS["part"][any(m.is_object and m.words for m in seen.mentions) :]
+    return {
+        **{(action, "on"): names for action, heads in OF_ACTION.items() if "on" in heads},
+        **{(action, "part"): parts for action in ("restrict", "except")},
+        ("set", "choice"): settable,
+    }
 
 
 NOTICED = 0.1
@@ -375,9 +403,11 @@ def _best(output: Output, head: str, q: int, allowed: Sequence[str] | None = Non
     return classes[best], float(shares[best])
 
 
-def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> tuple[Atom, list[float]]:
+def _atom(
+    output: Output, q: int, action: str, seen: Sketch, allowed: Allowed, used: set[int]
+) -> tuple[Atom, list[float]]:
     """The likeliest atom of an action, and how likely each of its choices is; `used` gets what it points at."""
-    labels, likelihoods = _labels(output, q, action, seen)
+    labels, likelihoods = _labels(output, q, action, seen, allowed)
     amounts: dict[str, Quantity] = {}
     names: dict[str, list[str]] = {"objects": [], "places": []}
     needed = _needed(action, labels)
@@ -399,12 +429,12 @@ def _atom(output: Output, q: int, action: str, seen: Sketch, used: set[int]) -> 
     return Atom(labels, amounts, objects, places), likelihoods
 
 
-def _labels(output: Output, q: int, action: str, seen: Sketch) -> tuple[dict[str, str], list[float]]:
+def _labels(output: Output, q: int, action: str, seen: Sketch, allowed: Allowed) -> tuple[dict[str, str], list[float]]:
     """The likeliest classes of the heads that count for an action, and how likely each is."""
     labels = {"action": action}
     likelihoods: list[float] = []
     for head in OF_ACTION.get(action, ()):
-        labels[head], likely = _best(output, head, q, ALLOWED.get((action, head)))
+        labels[head], likely = _best(output, head, q, allowed.get((action, head)))
         likelihoods.append(likely)
     if action == "end" and not labels["relation"] and not labels["direction"]:
         labels["direction"], _ = _best(output, "direction", q, DIRECTIONS)
@@ -412,6 +442,8 @@ def _labels(output: Output, q: int, action: str, seen: Sketch) -> tuple[dict[str
         for head in WITH_PART:
             labels[head], likely = _best(output, head, q)
             likelihoods.append(likely)
+    if action == "replace" and labels["choice"] == "direction" and not labels["direction"]:
+        labels["choice"] = "objects"
     if action == "quadrant":
         labels["choice"] = _quadrant(seen, labels["choice"])
     return labels, likelihoods
@@ -454,7 +486,7 @@ def _fits(unit: str, pointer: str, labels: Mapping[str, str]) -> bool:
     return units is None or unit in ("", "step", *units)
 
 
-LENGTHS = ("move", "end", "clearance", "via", "hop", "hover", "height", "bound", "stop")
+LENGTHS = ("move", "end", "clearance", "via", "hop", "hover", "height", "bound", "stop", "wait")
 MEASURED_IN: Mapping[tuple[str, str], tuple[str, ...]] = {
     **{(action, "amount"): ("m",) for action in LENGTHS},
     **{(action, "amount"): ("m", "%", "x") for action in ("closer", "farther")},

@@ -40,7 +40,6 @@ class Understanding:
         unused: Words that it does not use and that may ask for something.
         doubts: What speaks against it, as sentences.
         confidence: How sure the reader is that it is meant in all particulars (0..1).
-        apart: Frames of the reading that were heard apart from the rest (`beforehand.heard_apart`).
     """
 
     outcome: Outcome
@@ -48,7 +47,6 @@ class Understanding:
     unused: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     confidence: float = 0.0
-    apart: tuple[F.SemanticFrame, ...] = ()
 
 
 def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut
-from ovita.instruct.editing import directions_of, is_called
+from ovita.instruct.editing import directions_of, name_among
 from ovita.instruct.frames import name_of
 from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, FEEDBACK, concept_at, concepts, filler, stems
 from ovita.instruct.numerals import amount_at, is_digits
@@ -288,12 +288,7 @@ class Remark:
 
     def on(self, i: int) -> str:
         """How an edit names a frame: by its kind, or a direction or object of its own; "" where there is only one."""
-        if len(self.before) == 1:
-            return ""
-        frame, others = self.before[i], [f for k, f in enumerate(self.before) if k != i]
-        both = (f"{name_of(frame)} {thing}" for thing in frame.named)
-        names_ = (name_of(frame), *directions_of(frame), *frame.named, *both)
-        return next((name for name in names_ if not any(is_called(f, name) for f in others)), names_[0])
+        return "" if len(self.before) == 1 else name_among(self.before, i)
 
 
 def remark(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positions: Array | None = None) -> Remark:

@@ -291,7 +291,7 @@ def _amount(words: Sequence[str], i: int) -> tuple[Referent | None, int]:
     if amount.unit:
         said = as_said(words[i : i + used]) if used > 1 else ""
         return Referent(None, value=value, unit=amount.unit, number=number, said=said), used
-    ranged = _range(words, i + used, value, _before(words, i))
+    ranged = None if _before(words, i) == "between" else _range(words, i + used, value)
     if ranged is not None:
         return replace(ranged[0], number=number), used + ranged[1]
     counted = WAYPOINT_WORDS.intersection(words[i + used : i + used + 1])  # the word stays to be read
@@ -374,10 +374,9 @@ def _number_of(word: str, value: float) -> float:
         return NUMBER_WORDS.get(word, value)
 
 
-def _range(words: Sequence[str], i: int, low: float, before: str) -> tuple[Referent, int] | None:
+def _range(words: Sequence[str], i: int, low: float) -> tuple[Referent, int] | None:
     """The "to 15 cm" behind a 10: the middle of both."""
-    links = ("to", "-", "or", "and") if before == "between" else ("to", "-", "or")
-    if i + 1 >= len(words) or words[i] not in links:
+    if i + 1 >= len(words) or words[i] not in ("to", "-", "or"):
         return None
     high = amount_at(words, i + 1)
     said = _number_of(words[i + 1], 0.0)

@@ -138,6 +138,9 @@ def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
         labels["role"] = main.role
         if isinstance(frame, F.Pace) and main.value < 0:
             labels["choice"], amounts["amount"] = "brake", _positive(main)
+    for pointer in ("amount", "rise"):
+        if pointer in amounts and amounts[pointer].value < 0:
+            labels["step"], amounts[pointer] = "-1", _positive(amounts[pointer])
     atom = Atom(labels, amounts, said.get("objects", ()))
     atom |= _spot(next((said[slot] for slot in F.PLACES if slot in said), "")) | _part_atom(frame.part)
     if len(atom.objects) > 3:
@@ -150,7 +153,8 @@ def _labels(said: Mapping[str, Any]) -> dict[str, str]:
     chosen = {
         head: said[head] for head in ("degree", "sense", "relation", "direction") if said.get(head) in HEADS[head]
     }
-    return chosen | {"choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
+    flags = {"step": "1"} if said.get("longer") else {"direction": "up"} if said.get("upright") else {}
+    return chosen | flags | {"choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
 
 
 def _spot(place: F.Place) -> Atom:
@@ -230,7 +234,7 @@ def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) ->
         Unfit: If an atom lacks what its frame needs.
     """
     found: list[F.SemanticFrame | E.Edit] = []
-    for atom in atoms:
+    for atom in (one for several in atoms for one in _at_each(several)):
         item: Any = _frame(atom) if atom.label("action") in FRAMES else _edit(atom, previous)
         last: Any = found[-1] if found else None
         if type(last) is type(item) and _joins(last, item):
@@ -238,6 +242,13 @@ def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) ->
         else:
             found.append(item)
     return tuple(found)
+
+
+def _at_each(atom: Atom) -> list[Atom]:
+    """An atom about one place, for each of the objects at which it is: "wait 2 s at each room"."""
+    if atom.label("spot") != "object" or len(atom.objects) < 2:
+        return [atom]
+    return [replace(atom, objects=(name,)) for name in atom.objects]
 
 
 def _joins(last: Any, item: Any) -> bool:
@@ -261,6 +272,8 @@ def _frame(atom: Atom) -> F.SemanticFrame:
         "objects": atom.objects,
         "part": part_of(atom),
         "degree": atom.label("degree") or None,
+        "longer": atom.label("step") == "1",
+        "upright": atom.label("direction") == "up",
         **_amounts(atom, kind),
     }
     slots = {slot.name: said[slot.name] for slot in fields(kind) if slot.name in said}
@@ -280,6 +293,10 @@ def _place(atom: Atom) -> F.Place:
     return atom.objects[0] if spot == "object" and atom.objects else ""
 
 
+def _turned(quantity: F.Quantity) -> F.Quantity:
+    return replace(quantity, value=-quantity.value, said="")
+
+
 def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
     """The quantities of a frame by slot, and its offset."""
     found: dict[str, Any] = {}
@@ -290,6 +307,8 @@ def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
             slot = "waves" if pointer == "turns" and atom.label("action") in ("wave", "zigzag") else pointer
             found[slot] = replace(quantity, unit="", said="") if counted else quantity
     main, direction = _main_amount(atom, kind), atom.label("direction")
+    if atom.label("step") == "-1":
+        main, found = main and _turned(main), {slot: _turned(q) if slot == "rise" else q for slot, q in found.items()}
     if direction and "offset" in kind.__dataclass_fields__:
         return found | {"offset": ((direction, main),)}
     return found | {"offset": (), main_slot(kind): main}
@@ -307,12 +326,19 @@ _IMPLIED = {
 _ROLES: dict[tuple[str, str], F.Role] = {
     ("pace", "cap"): "at_most", ("pace", "floor"): "at_least", ("pace", "set"): "to", ("waypoints", "to"): "to",
 }  # fmt: skip
+_AT_NONE = (F.Clearance, F.Height)
+"""Frames whose distance is none where none is said: not to touch a thing, or as high as it."""
+
 _WITH_ROLE = (F.Clearance, F.Height, F.Pace, F.Visit, F.Approach)
 
 
 def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
     """How much, in the unit that is implied where the sentence names none, and in the role that it plays."""
     quantity, choice = atom.amounts.get("amount"), atom.label("choice")
+    if quantity is None and kind in _AT_NONE:
+        if not atom.objects:
+            raise Unfit("How high is that, in metres")
+        quantity = F.Quantity(0.0, "m")
     if quantity is None:
         return None
     said = (kind.NAME, choice)
@@ -426,13 +452,13 @@ def _set(atom: Atom, previous: Previous) -> dict[str, Any]:
 
 def _replaced(atom: Atom, previous: Previous) -> dict[str, Any]:
     choice, end, direction = atom.label("choice"), atom.label("spot"), atom.label("direction")
-    if choice == "objects" and atom.objects:
-        return {"objects": atom.objects}
     if choice == "end" and end in ("start", "goal"):
         return {"end": end}
-    if not direction:
+    if direction and (choice == "direction" or not atom.objects):
+        return {"direction": direction}
+    if not atom.objects:
         raise Unfit("replace what")
-    return {"direction": direction}
+    return {"objects": atom.objects}
 
 
 def _where(atom: Atom, previous: Previous) -> dict[str, Any]:

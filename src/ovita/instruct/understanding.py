@@ -1,4 +1,4 @@
-"""From an utterance to a verdict: what is heard apart, what the learned reader makes of the rest, and the referee."""
+"""From an utterance to a verdict: landmarks of the path, what the learned reader makes of it, and the referee."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 from ovita.instruct import frames as F
 from ovita.instruct.amended import amended
-from ovita.instruct.beforehand import goes_past, heard_apart, stands, tells, with_landmarks
 from ovita.instruct.chunks import Chunk, chunks
-from ovita.instruct.contradictions import asked, contradictions
+from ovita.instruct.contradictions import contradictions
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also
 from ovita.instruct.facts import UNKNOWN, clauses
+from ovita.instruct.landmarks import with_landmarks
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
-from ovita.instruct.referee import Outcome, Understanding, frames_of, judged, reads
+from ovita.instruct.referee import Outcome, Understanding, judged, reads
 from ovita.instruct.together import contrasted, with_units
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
@@ -44,7 +44,7 @@ def understand(
     positions = None if trajectory is None else trajectory.positions
     said = text
     text, taken = with_landmarks(said, scene, positions)
-    found = _with_the_rest(text, scene, positions, before) or _understood(text, scene, positions, before)
+    found = _understood(text, scene, positions, before)
     found = found if text == said else _in_own_words(found, said, chunks(text, scene, positions)[0])
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
@@ -74,12 +74,10 @@ def otherwise(
     positions = trajectory.positions
     text, _ = with_landmarks(text, scene, positions)
     said, _ = chunks(text, scene, positions)
-    text, apart = heard_apart(text, scene, positions, ())
     reader = learned_reader()
     heard = reader.hear(text, scene, positions)
     for one in (reader.reading(heard), *reader.runners_up(heard)):
         found = in_units(one, said, positions)
-        found = replace(found, frames=(*found.frames, *apart))
         if _may_be_meant(said, found) and not any(same(found.frames, old) for old in refused):
             return Understanding("needs_confirmation", found, found.unread)
     return Understanding("decline", F.Reading())
@@ -88,35 +86,6 @@ def otherwise(
 def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
     """Whether a reading says what to do, and nothing speaks against it."""
     return reads(reading) and not contradictions(said, reading.frames)
-
-
-def _with_the_rest(
-    text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]
-) -> Understanding | None:
-    """As `understand`, where something is heard apart; None of other utterances, and if the rest speaks against it."""
-    rest, apart = heard_apart(text, scene, positions, before)
-    if not apart or contradictions(chunks(text, scene, positions)[0], apart, (asked,)):
-        return None
-    left = chunks(rest, scene, positions)[0]
-    told = all(map(tells, clauses(left)))
-    if all(chunk.kind in (UNKNOWN if told else UNKNOWN - {"unknown"}) for chunk in left):
-        return Understanding("do", F.Reading(apart), confidence=1.0, apart=apart)
-    found = replace(_understood(rest, scene, positions, before), apart=apart)
-    if found.reading.asks:
-        return found
-    if not reads(found.reading) or found.outcome not in ("do", "needs_confirmation"):
-        return _alone(found, left, told=told)
-    if any(stands(frame, apart) for frame in frames_of(found.reading)):
-        return None
-    more = tuple(frame for frame in found.reading.frames if not goes_past(frame, apart))
-    return replace(found, reading=replace(found.reading, frames=(*more, *apart)))
-
-
-def _alone(found: Understanding, left: Sequence[Chunk], *, told: bool) -> Understanding:
-    """The verdict on what was heard apart where nothing else is read; it is done if the rest tells how things are."""
-    unread = tuple(chunk.text for chunk in left if chunk.kind not in UNKNOWN - {"unknown"})
-    outcome: Outcome = "do" if told and found.outcome == "decline" else "needs_confirmation"
-    return replace(found, outcome=outcome, reading=F.Reading(found.apart, unread=unread), unused=unread)
 
 
 def _understood(text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]) -> Understanding:

@@ -252,6 +252,9 @@ def _without_ways(edits: Sequence[E.Edit], said: Remark) -> Sequence[E.Edit]:
 
 def _compared(edit: E.Edit, said: Remark) -> E.Edit:
     """A change as more or less, by the comparative that says it: "lower it again" of what went up."""
+    if isinstance(edit, E.Again):
+        less = _compared(E.Rescale(on=edit.on), said)
+        return less if isinstance(less, E.Rescale) and less.change == "less" else edit
     if not isinstance(edit, E.Rescale):
         return edit
     if edit.factor is not None:

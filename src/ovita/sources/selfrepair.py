@@ -1,7 +1,8 @@
 """Self-repair: what a speaker takes back in the middle of an utterance, "two, no, three centimetres" (Levelt 1983).
 
-Amounts, directions, paces and objects that are named anew behind "no", "I mean" or "wait" replace what is before. It is
-done on the text, for every reader alike; what was taken back becomes blanks, so that all words keep their places.
+Amounts, directions, paces and objects that are named anew behind "no", "I mean" or "wait" replace what is before. What
+was taken back becomes blanks, so that all words keep their places. Changes of a path are read without it: the network
+that reads them has learned it.
 """
 
 from __future__ import annotations
