@@ -223,7 +223,7 @@ def test_a_height_halfway_is_that_of_the_middle_only():
 
 
 @pytest.mark.parametrize(
-    ("said", "beyond"), [("40 cm higher than usual", 0.4), ("rise by 40 cm on the way", 0.4), ("stay up high", 0.1)]
+    ("said", "beyond"), [("40 cm higher than usual", 0.4), ("stay up high", 0.1)]
 )
 def test_going_higher_leaves_the_ends_where_they_were_said(said, beyond):
     plain, higher = made_of("From the shed to the gate"), made_of(f"From the shed to the gate, {said}")

@@ -281,7 +281,8 @@ def _at_odds(heard: Hearing) -> bool:
         return False
     words = {*words_in(said.pieces)}
     if _gives_up(edits) or _only(edits, E.Drop):
-        return heard.whole and words.isdisjoint(LOSING | REFERRING)
+        surer = heard.whole and heard.alone.confidence > heard.edits.confidence
+        return surer and words.isdisjoint(LOSING | REFERRING)
     things = {name for piece in said.pieces for name in piece.items} & {n for f in heard.alone.frames for n in f.named}
     scaled = [edit for edit in edits if isinstance(edit, E.Rescale | E.Set | E.Flip)]
     about = {name for edit in scaled for f in said.before if not edit.on or is_called(f, edit.on) for name in f.named}
