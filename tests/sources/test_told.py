@@ -222,9 +222,7 @@ def test_a_height_halfway_is_that_of_the_middle_only():
     assert path.positions[15, 2] < 1.6 and path.positions[45, 2] < 1.6
 
 
-@pytest.mark.parametrize(
-    ("said", "beyond"), [("40 cm higher than usual", 0.4), ("stay up high", 0.1)]
-)
+@pytest.mark.parametrize(("said", "beyond"), [("40 cm higher than usual", 0.4), ("stay up high", 0.1)])
 def test_going_higher_leaves_the_ends_where_they_were_said(said, beyond):
     plain, higher = made_of("From the shed to the gate"), made_of(f"From the shed to the gate, {said}")
     before, path = plain.adaptation.adapted.positions, higher.adaptation.adapted.positions
