@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ovita.instruct.editing import apply, by_hand
-from ovita.instruct.frames import Quantity, from_json, to_json
+from ovita.instruct.frames import Quantity, from_json, name_of, to_json
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
-from ovita.instruct.understanding import feedback
+from ovita.instruct.understanding import feedback, learned_reader
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
 from ovita.policy import Parameter
@@ -238,3 +238,44 @@ def test_to_begin_earlier_is_no_more_speed():
     frames = parse("pace set to=0.3m/s @near=person", NAMES)
     found = feedback("even earlier please", SCENE, frames, None)
     assert found is not None and not found.edits and "how far before" in found.question
+
+
+@pytest.mark.parametrize(
+    ("before", "edits", "after"),
+    [
+        (
+            "height at_least=10cm; circle cup cw",
+            "set at_least=14cm; flip on=circle",
+            "height at_least=14cm; circle cup ccw",
+        ),
+        (
+            "height at_least=10cm; circle cup radius=20cm",
+            "set at_least=14cm",
+            "height at_least=14cm; circle cup radius=20cm",
+        ),
+        (
+            "closer cup by=2cm; arrive up by=5cm",
+            "scale 2x on=closer; set by=8cm",
+            "closer cup by=4cm; arrive up by=8cm",
+        ),
+        ("move left=10cm; pace faster by=20%", "set by=30% on=pace; scale 0.5x", "move left=5cm; pace faster by=30%"),
+        ("move left=10cm; side cup right", "scale 2x on=move; flip", "move left=20cm; side cup left"),
+        ("move left=10cm; wait at=cup", "scale 2x on=move; replace obj=person", "move left=20cm; wait at=person"),
+    ],
+)
+def test_an_edit_that_names_no_change_is_about_one_that_fits_and_no_other_edit_is_about(before, edits, after):
+    assert same(apply(parse_edits(edits, NAMES), parse(before, NAMES), SCENE), parse(after, NAMES))
+
+
+@pytest.mark.parametrize("said", ["drop it", "without that", "forget the wave", "a bit less", "the other way", "15 cm"])
+@pytest.mark.parametrize("before", ["return; height at_most=12m; reverse", "extend by=5cm; smooth", "zigzag size=5cm"])
+def test_what_an_edit_is_about_stands_before_it(said, before):
+    frames = parse(before, NAMES)
+    read = learned_reader().read(said, SCENE, None, frames)
+    assert {getattr(edit, "on", "") for edit in read.edits} <= {"", *map(name_of, frames)}
+
+
+@pytest.mark.parametrize("said", ["reset all", "undone, please", "discard all changes"])
+def test_a_sure_step_back_is_no_other_wish(said):
+    found = feedback(said, SCENE, parse("move left=10cm", NAMES), None)
+    assert found is not None and all(edit.NAME in ("undo", "restart", "drop") for edit in found.edits)

@@ -8,7 +8,7 @@ from ovita.instruct.frames import Quantity
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
 from ovita.instruct.sketch import sketch
-from ovita.instruct.slots import HEADS, Unfit, atoms_of, items_of
+from ovita.instruct.slots import HEADS, Atom, Unfit, atoms_of, items_of
 from ovita.paths.scene import Scene, SceneObject
 
 OBJECTS = ("cup", "left shelf", "right shelf", "toolbox")
@@ -121,3 +121,10 @@ def test_what_is_below_a_height_counts_from_the_ground_up_as_a_person_says_it():
     (atom,) = atoms_of(meant)
     told = replace(atom, amounts=atom.amounts | {"part": Quantity(0.2, "m")})
     assert items_of([atom]) == items_of([told]) == meant
+
+
+def test_a_wait_at_several_things_is_one_at_each_and_an_end_is_at_one():
+    at = {"spot": "object"}
+    waits = items_of([Atom({"action": "wait", **at}, objects=("cup", "box"))])
+    assert show(waits) == "wait at=cup; wait at=box"
+    assert len(items_of([Atom({"action": "stop", **at}, objects=("cup", "box"))])) == 1

@@ -29,7 +29,7 @@ OUTCOMES = {"do": "do it", "needs_confirmation": "show it and ask", "ask": "ask 
 def command(utterance: str, scene_file: str | None, before: str, as_json: bool) -> None:
     """Read UTTERANCE and show how it is understood; nothing is adapted.
 
-    Shows the classes of its words, what is heard apart from the rest, the frames that are read
+    Shows the classes of its words, the frames that are read
     (training/corpus/NOTATION.md), with what they leave unused, and the verdict, with how likely it is meant: do it,
     show it and ask, ask back, or decline.
     """

@@ -52,7 +52,7 @@ class Feedback:
     def left_over(self) -> tuple[str, ...]:
         """The unread words, where they hold an amount, are several, or are a wish by itself ("and dance")."""
         words, said = self.reading.unread, self.said.lower()
-        counts = any(amount_at(w.split(), 0) is not None or f"and {w}" in said for w in words)
+        counts = any(amount_at(w.split(), 0) is not None or f"and {w.lower()}" in said for w in words)
         return words if len(words) > 1 or counts else ()
 
 

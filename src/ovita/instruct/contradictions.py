@@ -13,10 +13,11 @@ from itertools import pairwise, takewhile
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.editing import OPPOSITE
-from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, kept, senses
+from ovita.instruct.facts import BOUNDS, OPPOSED, UNKNOWN, Facts, among, clauses, elsewhere, senses
 from ovita.instruct.frames import OPPOSITES, held_by
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
+from ovita.instruct.selfrepair import kept
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.instruct.whereabouts import EXCEPT, OTHER_THAN
 from ovita.paths.part import PathPart
@@ -472,8 +473,8 @@ IN_SHORT: tuple[Check, ...] = (_turned, _negated, _stopped, _wish_left)
 """Checks of short utterances: in long ones, such words mostly belong to what is told besides."""
 
 MINDED = (_object_left,)
-"""Checks of what the network sees, too: where it is certain, it was right in 33 of 35 sentences that they doubted; they
-count for comparisons ("5 cm farther from the cup than from the lamp")."""
+"""Checks of what the network sees, too: where it is certain, it was right in 33 of 35 sentences that they doubted (by
+earlier weights); they count for comparisons ("5 cm farther from the cup than from the lamp")."""
 
 SHORT = 10
 """Chunks of a short utterance."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import Any
@@ -142,30 +142,3 @@ def senses(frame: F.SemanticFrame) -> list[str]:
     if factor != 1.0:
         found.append("slower" if factor < 1.0 else "faster")
     return [sense for sense in found if sense in OPPOSED]
-
-
-def kept(said: Sequence[Chunk]) -> list[Chunk]:
-    """The chunks of an utterance but those that its speaker takes back: "5, no, 8 cm" (Levelt 1983)."""
-    gone: set[F.Span] = set()
-    for i, mark in enumerate(said):
-        if mark.kind != "correct" and mark.text.lower() not in NOES:
-            continue
-        for sort in SORTS:
-            old = [chunk.span for chunk in said[max(i - REACH, 0) : i] if sort(chunk)]
-            if old and any(map(sort, said[i + 1 : i + 1 + REACH])):
-                gone |= {old[-1], mark.span}
-    return [chunk for chunk in said if chunk.span not in gone]
-
-
-NOES = frozenset(("no", "nope", "nah", "wait"))
-"""Words that take something back where another of its sort comes behind them."""
-
-REACH = 5
-"""Chunks before and behind them among which it stands."""
-
-SORTS: tuple[Callable[[Chunk], bool], ...] = (
-    lambda chunk: chunk.q is not None,
-    lambda chunk: chunk.kind == "OBJ",
-    lambda chunk: chunk.kind in OPPOSED,
-)
-"""Amounts, things, directions and paces."""

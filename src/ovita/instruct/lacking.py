@@ -1,4 +1,4 @@
-"""What a reading of the network lacks and the sentence says: amounts without a number, mentions left over, ways up."""
+"""What a reading of the network lacks and the sentence says: what a number is of, a thing left, ways up and back."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from ovita.instruct.slots import Atom
 from ovita.instruct.whereabouts import placed
 
 NONE = Quantity(0.0, "m")
-"""The distance of what is not touched, and the height over a thing of what is as high as it."""
+"""How far above a thing an end is that is as high as it."""
 
 BACKING = ("back up", "backing up", "back off", "back out", "reverse", "retreat", "retract", "back along")
 """How words begin that ask for the way back from where the robot is."""
@@ -80,7 +80,7 @@ def _ways(pieces: Sequence[Fragment]) -> set[str]:
 
 
 def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple[tuple[Any, ...], frozenset[int]]:
-    """Items with what nothing points at: the distance left to a stop, whose height is meant, how far back.
+    """Items with what the words beside them say: what a number is of, which way, the thing that is left.
 
     Args:
         items: Frames and edits.
@@ -89,9 +89,6 @@ def completed(items: Sequence[Any], used: frozenset[int], seen: Sketch) -> tuple
 
     Returns:
         The items, and the mentions that they were read from then.
-
-    Raises:
-        Unfit: If a height is neither said nor that of one thing.
     """
     found: list[Any] = []
     for item in items:
@@ -303,7 +300,7 @@ def _below(thing: str, seen: Sketch) -> bool:
     words = [piece.text.lower() for piece in pieces]
     named = [seen.mentions[piece.mention].items if piece.mention >= 0 else () for piece in pieces]
     return any(
-        names == (thing,) and (words[k - 1] in BELOW or words[k - 2 : k] == ["lower", "than"])
+        names == (thing,) and (words[max(k - 1, 0)] in BELOW or words[max(k - 2, 0) : k] == ["lower", "than"])
         for k, names in enumerate(named)
     )
 

@@ -383,10 +383,11 @@ def _of_what_stood(before: Sequence[SemanticFrame], seen: Sketch) -> Allowed:
     names = ("", *dict.fromkeys(map(name_of, before)))
     held = {slot for frame in before for slot in slots_of(frame)} | {"direction"}
     settable = [slot for slot in CHOICES["set"] if slot in held or slot in HEADS["role"] or slot == "of"]
-    parts = HEADS["part"][any(m.is_object and m.words for m in seen.mentions) :]
+    whole, *parts = HEADS["part"]
+    named = any(mention.is_object and mention.words for mention in seen.mentions)
     return {
         **{(action, "on"): names for action, heads in OF_ACTION.items() if "on" in heads},
-        **{(action, "part"): parts for action in ("restrict", "except")},
+        **{(action, "part"): parts if named else (whole, *parts) for action in ("restrict", "except")},
         ("set", "choice"): settable,
     }
 

@@ -246,9 +246,13 @@ def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) ->
 
 def _at_each(atom: Atom) -> list[Atom]:
     """An atom about one place, for each of the objects at which it is: "wait 2 s at each room"."""
-    if atom.label("spot") != "object" or len(atom.objects) < 2:
+    if atom.label("action") not in DONE_AT or atom.label("spot") != "object" or len(atom.objects) < 2:
         return [atom]
     return [replace(atom, objects=(name,)) for name in atom.objects]
+
+
+DONE_AT = ("wait", "circle", "spiral", "eight", "zigzag", "wave", "shake")
+"""What is done at one place, and at each of several."""
 
 
 def _joins(last: Any, item: Any) -> bool:
