@@ -295,3 +295,14 @@ def test_over_a_thing_keeps_the_distance_that_is_asked_for():
     _, rows, broken = done("via over=box; clearance box at_least=25cm")
     assert not broken
     assert SCENE["box"].clearance(rows[:, :3]).min() >= 0.24
+
+
+def test_a_stop_at_the_end_of_a_path_that_is_cut_is_at_its_new_end():
+    _, rows, broken = done("trim last=3wp; stop at=goal")
+    assert not broken and rows[-1, 3] == 0.0 and len(rows) == len(PATH) - 3
+
+
+def test_braking_takes_a_part_of_the_way_to_an_early_stop():
+    early = Scene((SceneObject("bin", PATH.positions[12] + [0.0, 0.2, 0.0], BOX),))
+    _, rows, broken = done("pace set to=0.5m/s; stop at=bin", early)
+    assert not broken and rows[-1, 3] == 0.0 and (rows[:, 3] == 0.5).mean() > 0.6

@@ -5,6 +5,7 @@ import pytest
 
 from ovita import Scene, SceneObject, accept, adapt
 from ovita.instruct.notation import parse, show
+from ovita.instruct.realise import realise
 from ovita.instruct.understanding import understand
 from ovita.paths.trajectory import Trajectory
 from ovita.request import Request
@@ -76,3 +77,12 @@ def test_a_wait_at_all_of_several_things_is_one_at_each(said):
     assert [frame.place for frame in found.reading.frames] == ["room 1", "room 2"]
     result = adapt(Request(said, drive, rooms))
     assert len((result.proposal or result).adapted) == 31 + 40
+
+
+@pytest.mark.parametrize("text", ["wait at=5wp for=1s; wait at=9wp for=2s", "wait at=9wp for=2s; wait at=5wp for=1s"])
+def test_numbers_of_waypoints_are_those_of_the_path_before_any_wait(text):
+    straight = Trajectory.from_array(np.column_stack([X, 0.0 * X, 0.0 * X, 0.0 * X + 0.5]))
+    builder = realise(parse(text), straight, Scene())
+    rows, _ = builder.run()
+    stands = {round(float(x), 3): int((rows[:, 0] == x).sum()) - 1 for x in X[[4, 8]]}
+    assert stands == {round(float(X[4]), 3): 10, round(float(X[8]), 3): 20}

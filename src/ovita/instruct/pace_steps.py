@@ -372,12 +372,12 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
         place, words = aimed(builder, item.name, frame.aim)
         builder.goal_moved = True
         plan, goal = f"Slow down and stop at {words}; the path ends there.", f"expect_goal({place})"
-        call = f"traj = move_goal(stop_at(traj, {at}{_brake(builder)}), {place})"
+        call = f"traj = move_goal(stop_at(traj, {at}{_brake(builder, item)}), {place})"
         builder.add(call, plan, "expect_stop()", ends={"goal": goal})
     else:
         plan, promise = f"Slow down and stop {words}; the trajectory ends there.", f"near={at}" if item else ""
         there = _after_its_rounds(builder, item) or at
-        builder.add(f"traj = stop_at(traj, {there}{_brake(builder)})", plan, f"expect_stop({promise})")
+        builder.add(f"traj = stop_at(traj, {there}{_brake(builder, item)})", plan, f"expect_stop({promise})")
 
 
 def _after_its_rounds(builder: PolicyBuilder, item: SceneObject | None) -> str:
@@ -388,12 +388,18 @@ def _after_its_rounds(builder: PolicyBuilder, item: SceneObject | None) -> str:
     return str(int(np.flatnonzero(away <= away.min() + builder.tolerance)[-1]))
 
 
-def _brake(builder: PolicyBuilder) -> str:
-    """The argument that shortens the braking distance on a long path to what the speed needs, or ""."""
+def _brake(builder: PolicyBuilder, item: SceneObject | None = None) -> str:
+    """The argument that shortens the braking distance to what the speed needs, or to a part of the way to it; or ""."""
     rows = builder.rows()
-    way = float(rows[:, 3].max()) ** 2 / (2.0 * GENTLY) / max(float(arc_length(rows[:, :3])[-1]), 1e-9)
+    s = arc_length(rows[:, :3])
+    whole = max(float(s[-1]), 1e-9)
+    share = float(s[item.distance(rows[:, :3]).argmin()]) / whole if item is not None else 1.0
+    way = min(float(rows[:, 3].max()) ** 2 / (2.0 * GENTLY) / whole, BRAKES_OVER * share)
     return f", brake={nice(way):g}" if 0.0 < way < 0.1 else ""
 
+
+BRAKES_OVER = 0.3
+"""The share of the way to a stop that braking takes at most."""
 
 GENTLY = 0.25
 """A deceleration that nobody minds [m/s^2]."""

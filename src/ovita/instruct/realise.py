@@ -214,6 +214,10 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
             return RANK["side"]  # what is passed on the way leaves the ends alone
         case F.Height() if frame.part or frame.level.role in ("at_least", "at_most"):
             return RANK["bound"]
+        case F.Wait(place=F.Quantity(unit="waypoints") as number):
+            return RANK["wait"] - number.value / (number.value + 1.0)  # those behind first: a wait adds waypoints
+        case F.StopAt(place="" | "goal") if builder.has(F.Trim):
+            return RANK["trim"] + 0.5
     change = frame.change if isinstance(frame, F.Pace) else ""
     return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
 
