@@ -20,7 +20,7 @@ from realised import setting
 
 from ovita.instruct import frames as F
 from ovita.instruct.edits import Also
-from ovita.instruct.looking_back import EVEN, grounds, may_be_meant
+from ovita.instruct.looking_back import EVEN, grounds
 from ovita.instruct.understanding import overheard
 
 RIDGE = 1.0
@@ -60,7 +60,7 @@ def rows(voice: str) -> Iterator[Row]:
 def _row(line: Example, before: Sequence[F.SemanticFrame]) -> Iterator[Row]:
     path, scene = setting((*before, *line.frames), line.objects)
     heard = overheard(line.sentence, scene, tuple(before), path.positions)
-    if may_be_meant(heard):
+    if heard.edits.edits:
         kind = "feedback" if line.edits else "improper" if line.outcome == "improper" else "first requests"
         yield Row(line.voice, kind, grounds(heard), (_is_right(line, heard.alone, True), _is_right(line, heard.edits)))
 

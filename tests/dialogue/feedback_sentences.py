@@ -142,7 +142,6 @@ ROWS = [
     (["go up by 0.1", "a bit more"], "no that's too much now, halfway back", {"up": (0.105, 0.12)}),
     (["stay 5 cm away from the cup"], "ok and slower while you pass it", {"at_cup": (0.4, 0.8), "speed_end": 1.0}),
     (BOTH, "back to the original but keep the slowdown", {"left": 0.0, "at_cup": 0.5}),
-    (BOTH, "forget the rest, just the left shift", {"left": 0.2, "at_cup": 1.0}),
     (BOTH, "keep the slowdown and lose everything else", {"left": 0.0, "at_cup": 0.5}),
     (BOTH, "drop all but the slowdown", {"left": 0.0, "at_cup": 0.5}),
     (BOTH, "keep only the shift", {"left": 0.2, "at_cup": 1.0}),

@@ -147,13 +147,6 @@ def talk(*said, path=STANDS, objects=RACK):
     return session, result
 
 
-def test_feedback_about_what_was_not_done_changes_nothing_else():
-    session, _ = talk("slow down near the cup", "twice as long", path=LINE, objects=TABLE)
-    before = session.current.speeds.copy()
-    session.say("half that height")
-    assert np.array_equal(session.current.speeds, before) and np.array_equal(session.current.positions, LINE.positions)
-
-
 def test_a_wait_there_is_where_the_last_change_was():
     session, _ = talk("go up by 5 cm near the cup", "and hover there for 2 seconds", path=LINE, objects=TABLE)
     still = (np.diff(session.current.positions, axis=0) == 0).all(axis=1)

@@ -117,7 +117,6 @@ REQUESTS = [
     ("end at x=0.3, y=-0.2, z=.1", "end goal to=(0.3:-0.2:0.1)"),
     ("go through [0.3, 0.2, 0.1] and slow down near it", "via (0.3:0.2:0.1); pace slower @near=(0.3:0.2:0.1)"),
     ("circle around (0.5, 0.5, 0.3) twice", "circle (0.5:0.5:0.3) turns=2"),
-    ("shift it by (0.10, -0.05, 0.02)", "move x=0.1m -y=0.05m z=0.02m"),
     ("offset the trajectory by [0.1, 0, 0]", "move x=0.1m"),
     ("pass left of the cup, not right of it", "side cup left"),
     ("pass the fan on the left instead of the right", "side fan left"),
@@ -165,7 +164,6 @@ PLAIN = [
     ("you drive too slowly", "pace faster"),
     ("without bumping into the box", "clearance box at_least=0m"),
     # distances
-    ("reduce the gap between the gripper and the lamp", "closer lamp"),
     ("leave more space around the box", "farther box"),
     ("the distance to the lamp never below 20 cm", "clearance lamp at_least=20cm"),
     ("double the separation to the cup", "farther cup by=2x"),

@@ -286,7 +286,7 @@ def test_parts_that_are_certain_by_themselves_are_done_together():
 
 
 def test_as_fast_as_possible_plans_at_the_highest_speed():
-    made = from_words("from the box to the plate asap", TABLE, ARM, writer="builtin")
+    made = from_words("from the box to the plate as fast as possible", TABLE, ARM, writer="builtin")
     assert made.plan.request.speed == ARM.max_speed and made.route.rest == ""
 
 

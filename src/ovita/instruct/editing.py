@@ -452,7 +452,7 @@ def _turned(frame: F.SemanticFrame, direction: F.Direction) -> F.SemanticFrame:
     if offset := _offset(frame):
         old = OPPOSITE[direction] if OPPOSITE[direction] in dict(offset) else offset[-1][0]
         return _with(frame, offset=tuple((direction if d == old else d, q) for d, q in offset))
-    if isinstance(frame, F.Side | F.Tilt):
+    if isinstance(frame, F.Side | F.Tilt | F.Arrive):
         return replace(frame, direction=direction)
     if isinstance(frame, F.Visit) and direction in ("up", "down"):
         return replace(frame, relation="over" if direction == "up" else "under")

@@ -12,13 +12,11 @@ from types import UnionType
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
-from ovita.instruct.editing import apply, directions_of, is_called
+from ovita.instruct.editing import apply
 from ovita.instruct.frames import frame_objects, name_of
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.meaning import canonical_part
 from ovita.instruct.referee import DO
-from ovita.instruct.remarks import SENSES, Remark, heading, words_in
-from ovita.instruct.revised import LOSING
+from ovita.instruct.remarks import Remark, heading, words_in
 from ovita.paths.scene import Scene
 
 EVEN = 0.5
@@ -94,22 +92,15 @@ def weighed(heard: Hearing) -> F.Reading | None:
     if heard.alone.asks and all(edit == EXPLAINING for edit in edits) and not said.cued("explain"):
         return None
     likely = _feedback(heard)
-    meant = may_be_meant(heard) and likely >= EVEN
+    meant = bool(edits) and likely >= EVEN and not _is_odd(heard)
     if len(said.before) > 1 and not edits and heard.edits.question and said.cued("more", "less"):
         kinds = tuple(name_of(frame) for frame in said.before)
         return F.Reading(question="Which do you mean: " + " or ".join(kinds) + "?", asked=kinds)
     if _earlier(edits if meant and heard.edits.confidence >= DO else (), said):
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
     if not meant:
-        return heard.edits if _goes_on_there(edits, said) else None
-    likely = min(likely, UNSURE) if _is_risky(edits, said) else likely
-    return replace(heard.edits, edits=_of_the_wait(edits, said), confidence=likely)
-
-
-def may_be_meant(heard: Hearing) -> bool:
-    """Whether there are edits, and nothing rules them out."""
-    edits = heard.edits.edits
-    return bool(edits) and not (_of_nothing_done(heard.said, edits) or _is_odd(heard))
+        return None
+    return replace(heard.edits, confidence=min(likely, UNSURE) if _is_risky(edits, said) else likely)
 
 
 def grounds(heard: Hearing) -> dict[str, float]:
@@ -146,27 +137,10 @@ def _feedback(heard: Hearing) -> float:
     return 1.0 / (1.0 + math.exp(sum(points * facts[name] for name, points in GROUNDS.items())))
 
 
-def _of_the_wait(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
-    """Edits in which how long is about the one wait among other changes: "stay there twice as long"."""
-    waits = [i for i, frame in enumerate(said.before) if isinstance(frame, F.Wait)]
-    if len(waits) != 1 or {"long", "longer"}.isdisjoint(words_in(said.pieces)):
-        return edits
-    on = said.on(waits[0])
-    return tuple(replace(edit, on=on) if isinstance(edit, E.Rescale) else edit for edit in edits)
-
-
 def _is_risky(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether edits guess, or take all back where a place is named or something is to stay."""
+    """Whether edits take all back where a place is named or something is to stay."""
     places = any(p.items or p.concept in PLACED for p in said.pieces)
-    gives_up = _gives_up(edits) and not _some(edits, E.Also) and (places or bool(said.cued("keep")))
-    return gives_up or _guesses(edits, said)
-
-
-def _goes_on_there(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether an instruction is about the part of the path that was changed before: "and slower there"."""
-    parts = [canonical_part(frame.part) for frame in said.before if frame.part]
-    there = [canonical_part(edit.frame.part) in parts for edit in edits if isinstance(edit, E.Also)]
-    return "there" in words_in(said.pieces) and len(there) == len(edits) > 0 and all(there)
+    return _gives_up(edits) and not _some(edits, E.Also) and (places or bool(said.cued("keep")))
 
 
 def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
@@ -182,34 +156,11 @@ def _gives_up(edits: Sequence[E.Edit]) -> bool:
     return any(e.command in back if isinstance(e, E.Command) else isinstance(e, E.Drop) and not e.on for e in edits)
 
 
-def _guesses(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether edits add a direction that no word says: "plus 4 cm"."""
-    offsets = [getattr(edit.frame, "offset", ()) for edit in edits if isinstance(edit, E.Also)]
-    ways = {way for offset in offsets for way, _ in offset}
-    said_ways = {SENSES.get(p.concept, "") or heading(p) for p in said.pieces}
-    known = {way for frame in said.before for way in directions_of(frame)}
-    return bool(ways - said_ways - known) and not any(p.unknown for p in said.pieces)
-
-
 UNSURE = 0.4
 """How likely risky edits of the network are held to be at most."""
 
 PLACED = frozenset("start goal first last middle before after between near".split())
 """Concepts of places on the path."""
-
-
-def _of_nothing_done(said: Remark, edits: Sequence[E.Edit]) -> bool:
-    """Whether words are about a kind of change that was not made: "a little higher" after a change of speed alone.
-
-    To give up all is about nothing that was done, too, where an object is named that no change is about.
-    """
-    if not (_only(edits, E.Rescale) or _gives_up(edits)):
-        return False
-    if _gives_up(edits) and _names_others(said):
-        return True
-    words = {*words_in(piece for piece in said.pieces if piece.concept != "near")}
-    meant = [kind for kind, called in KINDS.items() if not words.isdisjoint(called)]
-    return bool(meant) and not any(_is_of(kind, frame) for kind in meant for frame in said.before)
 
 
 def _names_others(said: Remark) -> bool:
@@ -218,43 +169,21 @@ def _names_others(said: Remark) -> bool:
     return bool(named) and named.isdisjoint(name for frame in said.before for name in frame_objects(frame))
 
 
-def _is_of(kind: str, frame: F.SemanticFrame) -> bool:
-    """Whether a frame is a change of a kind."""
-    match frame:
-        case F.Pace(amount=F.Quantity(unit="s")):
-            return kind in ("pace", "time")
-        case F.Pace():
-            return kind == "pace"
-        case F.Wait() | F.NoStop() | F.StopAt():
-            return kind != "pace" and (kind != "height" or (isinstance(frame, F.Wait) and bool(frame.aim)))
-        case F.Shift() | F.MoveEnd(offset=[_, *_]) | F.Bound() | F.Side():
-            upright = not {"up", "down"}.isdisjoint(directions_of(frame))
-            return (kind == "height" and upright) or kind == "room" or isinstance(frame, F.MoveEnd)
-        case F.Approach() | F.Clearance() | F.Avoid():
-            return kind == "room"
-        case F.Keep():
-            return False
-    return kind != "pace"
-
-
-KINDS = {
-    "pace": frozenset("speed pace fast faster slow slower quick quicker boost slowdown slowing".split()),
-    "height": frozenset("high higher low lower height".split()),
-    "time": frozenset("long longer wait waiting seconds".split()),
-    "room": frozenset("close closer near nearer far farther wide wider distance room".split()),
-}
-"""What people say changes of a kind are about."""
-
-
 def _is_odd(heard: Hearing) -> bool:
-    """Whether edits are hardly meant: they add a plain instruction, drop what is not named, or change nothing."""
+    """Whether edits are hardly meant: they add a mere instruction, set a bound, reverse, or change nothing."""
     said, edits = heard.said, heard.edits.edits
-    mere = _only(edits, E.Also) and heard.whole and not said.adds
-    limits = _only(edits, E.Set) and _asks_for_limit(said)
-    reverses = _some(edits, E.Flip) and REVERSING.issuperset(words_in(said.pieces))
-    anew = _only(edits, E.Set | E.Replace) and heard.whole and not heard.recalls and _moves(said)
-    left_out = _leaves_an_amount(edits, said) or _drops_unnamed(edits, said)
-    return mere or limits or reverses or anew or _at_odds(heard) or left_out or _idle(edits, said.before)
+    odd = (
+        _only(edits, E.Also) and heard.whole and not said.adds and _added(edits) == heard.alone.frames,
+        _only(edits, E.Set) and _asks_for_limit(said),
+        _some(edits, E.Flip) and REVERSING.issuperset(words_in(said.pieces)),
+        _only(edits, E.Set | E.Replace) and heard.whole and not heard.recalls and _moves(said),
+    )
+    return any(odd) or _leaves_an_amount(edits, said) or _idle(edits, said.before)
+
+
+def _added(edits: Sequence[E.Edit]) -> tuple[F.SemanticFrame, ...]:
+    """The frames that edits add."""
+    return tuple(edit.frame for edit in edits if isinstance(edit, E.Also))
 
 
 def _moves(said: Remark) -> bool:
@@ -270,35 +199,6 @@ REVERSING = frozenset("reverse it that this the path route way please now then".
 """All words of an utterance that asks for the way back, not for the other direction of a change."""
 
 
-def _at_odds(heard: Hearing) -> bool:
-    """Whether an utterance that may stand alone is about another thing than the changes that edits would alter.
-
-    "Leave more room around the fan" is not more of "closer to the cup", and "at half of the original speed" gives
-    nothing up.
-    """
-    said, edits = heard.said, heard.edits.edits
-    if not heard.alone.frames or heard.alone.confidence < LIKELY:
-        return False
-    words = {*words_in(said.pieces)}
-    if _gives_up(edits) or _only(edits, E.Drop):
-        surer = heard.whole and heard.alone.confidence > heard.edits.confidence
-        return surer and words.isdisjoint(LOSING | REFERRING)
-    things = {name for piece in said.pieces for name in piece.items} & {n for f in heard.alone.frames for n in f.named}
-    scaled = [edit for edit in edits if isinstance(edit, E.Rescale | E.Set | E.Flip)]
-    about = {name for edit in scaled for f in said.before if not edit.on or is_called(f, edit.on) for name in f.named}
-    return bool(things) and len(scaled) == len(edits) and about.isdisjoint(things)
-
-
-LIKELY = 0.3
-"""How sure an utterance has to be an instruction for edits about another thing to be held against it."""
-
-REFERRING = frozenset(
-    """that again instead meant mean wrong redo rather nope nah other still same back original revert wipe leave alone
-    was but everything only""".split()
-)
-"""Words that are about what was done, whatever they say besides."""
-
-
 def _asks_for_limit(said: Remark) -> bool:
     """Whether a bound on the height is asked for, and no other shift: "limit the altitude to 2 metres instead"."""
     shifted = any(isinstance(frame, F.Shift) for frame in said.before)
@@ -309,19 +209,10 @@ LIMITING = frozenset("limit maximum max cap".split())
 """Words of a bound."""
 
 
-def _drops_unnamed(edits: Sequence[E.Edit], said: Remark) -> bool:
-    """Whether a change is given up that no word names, nor what is to stay."""
-    named = {*said.meant(said.pieces)}
-    dropped = [edit.on for edit in edits if isinstance(edit, E.Drop) and edit.on and not edit.on.startswith("turn ")]
-    gone = {i for i, frame in enumerate(said.before) for on in dropped if is_called(frame, on)}
-    return bool(gone - named) and not (named and gone == {*range(len(said.before))} - named)
-
-
 def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether a step back leaves out how far: "go back by 0.1"."""
     numbers = [p.number for p in said.pieces if p.number]
-    told = any(q.unit not in ("", "step") or q.value % 1.0 or any(map(heading, said.pieces)) for q in numbers)
-    return told and _only(edits, E.Command)
+    return _only(edits, E.Command) and any(q.unit not in ("", "step", "x") or q.value % 1.0 for q in numbers)
 
 
 def _idle(edits: Sequence[E.Edit], before: tuple[F.SemanticFrame, ...]) -> bool:

@@ -19,11 +19,11 @@ from ovita.instruct.together import excluded
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 
-DO, SHOW = 0.625, 0.05
+DO, SHOW = 0.55, 0.05
 """How sure the reader has to be of all frames for them to be done at once, and to be shown; `training/answers.py`
 measures what comes of it."""
 
-CERTAIN = 0.9
+CERTAIN = 0.8
 """How sure it has to be for facts of the words that it sees itself, and for words that nobody knows, not to count."""
 
 CURT = 5
@@ -66,7 +66,9 @@ def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:
     certain = sure >= CERTAIN
     doubts = (*contradictions(said, frames, certain=certain), *filter(None, (reading.besides,)))
     alone = [clause[-1] for clause in clauses(said) if {chunk.kind for chunk in clause} <= UNKNOWN]
-    strange = [chunk for chunk in said if chunk.kind == "unknown" and len(said) <= CURT]
+    pairs = zip((None, *said), said, strict=False)
+    wished = [c for before, c in pairs if c.kind == "unknown" and before is not None and before.kind == "and"]
+    strange = [chunk for chunk in said if chunk.kind == "unknown"] if len(said) <= CURT else wished
     left = tuple(dict.fromkeys((*reading.unread, *(chunk.text for chunk in strange))))
     held_up = [chunk for chunk in strange if not certain or chunk in alone]
     at_once = sure >= DO and not (doubts or held_up)

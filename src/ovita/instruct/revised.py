@@ -191,6 +191,8 @@ def given_up(edits: tuple[E.Edit, ...], said: Remark) -> tuple[E.Edit, ...]:
     if stays and goes - stays:  # "keep the shift but not the slowing"
         return _drops(said, goes - stays)
     named = {*said.meant(said.pieces)}
+    if edits == (E.Command(command="undo"),) and not named and "everything" in words_in(said.pieces):
+        return (E.Command(command="restart"),)
     if not 0 < len(named) < len(said.before):
         return edits
     words, others = {*words_in(said.pieces)}, {*range(len(said.before))} - named

@@ -28,7 +28,6 @@ from ovita.instruct.frames import (
     Trim,
     Wait,
 )
-from ovita.instruct.selfrepair import repaired
 from ovita.paths.part import WHOLE
 from ovita.paths.scene import Scene
 from ovita.sources.asides import Aside, aside, asks_surely, bears, excuse, leads
@@ -36,6 +35,7 @@ from ovita.sources.mentions import WayTold, mentioned
 from ovita.sources.phrases import WAY, WayPhrase, places_among
 from ovita.sources.places import SIDES, Location, Text, way_words
 from ovita.sources.rings import Ring, ring_of
+from ovita.sources.selfrepair import repaired
 from ovita.sources.stops import (
     TURNING,
     WayStop,

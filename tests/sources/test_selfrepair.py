@@ -3,11 +3,10 @@
 import pytest
 
 from ovita import Scene, SceneObject
-from ovita.instruct.chunks import chunks
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, show
-from ovita.instruct.selfrepair import kept, repaired
 from ovita.instruct.understanding import understand
+from ovita.sources.selfrepair import repaired
 
 SCENE = Scene((SceneObject("cup", [0.3, 0.3, 0.1], [0.1] * 3), SceneObject("vase", [0.9, 0.1, 0.1], [0.1] * 3)))
 
@@ -62,17 +61,3 @@ def test_next_to_nothing_is_read_without_an_error(said):
 
 def test_an_order_that_is_taken_back_is_not_done():
     assert "stop at" not in show(understand("stop at the cup, no, don't stop", SCENE).reading.frames)
-
-
-@pytest.mark.parametrize(
-    ("said", "left"),
-    [
-        ("go left 3 cm, no, right 5 cm", ["right", "5 cm"]),
-        ("closer to the vase, I mean the cup", ["cup"]),
-        ("go left 5 cm, wait 3 s at the cup", ["left", "5 cm", "3 s", "cup"]),
-        ("left by 5 cm, no faster than 0.2 m/s", ["left", "5 cm", "0.2 m/s"]),
-    ],
-)
-def test_the_referee_asks_for_no_word_that_is_taken_back(said, left):
-    told = [chunk.text for chunk in kept(chunks(said, SCENE)[0]) if chunk.q or chunk.kind in ("OBJ", "left", "right")]
-    assert told == left

@@ -1,8 +1,8 @@
 """Self-repair: what a speaker takes back in the middle of an utterance, "two, no, three centimetres" (Levelt 1983).
 
-Amounts, directions, paces and objects that are named anew behind "no", "I mean" or "wait" replace what is before. The
-network has learned that; the referee does not look for what is taken back (`kept`), and sentences without a trajectory
-are read without it (`repaired`), where it becomes blanks, so that all words keep their places.
+Amounts, directions, paces and objects that are named anew behind "no", "I mean" or "wait" replace what is before. What
+was taken back becomes blanks, so that all words keep their places. Changes of a path are read without it: the network
+that reads them has learned it.
 """
 
 from __future__ import annotations
@@ -40,30 +40,15 @@ def repaired(text: str, scene: Scene, positions: Array | None = None) -> str:
         scene: Whose objects it may name.
         positions: The path (N, 3) [m], or None.
     """
-    pairs, marker = _repair(chunks(text, scene, positions)[0])
-    return repaired(_without(text, pairs, marker), scene, positions) if pairs else text
-
-
-def kept(said: Sequence[Chunk]) -> list[Chunk]:
-    """The chunks of an utterance but those that its speaker takes back, and the words that do so."""
-    pairs, (begin, end) = _repair(said)
-    if not pairs:
-        return [*said]
-    old = {chunk.span for chunk, _ in pairs}
-    return kept([one for one in said if one.span not in old and not begin <= one.span[0] < end])
-
-
-def _repair(said: Sequence[Chunk]) -> tuple[list[tuple[Chunk, Chunk]], tuple[int, int]]:
-    """What is taken back first, each with what takes its place, and where the words between stand."""
-    said = [chunk for chunk in said if chunk.kind != "filler"]
+    said = [chunk for chunk in chunks(text, scene, positions)[0] if chunk.kind != "filler"]
     for i in range(1, len(said) - 1):
         used = _marker(said[i:])
         behind = list(dropwhile(_pauses, said[i + used :])) if used else []
         pairs = _pairs(_before(said[:i]), list(takewhile(lambda chunk: chunk.kind not in ENDS, behind)))
         if pairs:
             spoken = [chunk.span[1] for chunk in said[:i] if not _pauses(chunk)]
-            return pairs, (spoken[-1], pairs[0][1].span[0])
-    return [], (0, 0)
+            return repaired(_without(text, pairs, (spoken[-1], pairs[0][1].span[0])), scene, positions)
+    return text
 
 
 def _pauses(chunk: Chunk) -> bool:
