@@ -197,7 +197,7 @@ def _half_left(it: Facts) -> str:
 
 
 def _denied(it: Facts) -> str:
-    """A wish that begins with a denial which no frame bears out: "don't go left", "stop slowing down"."""
+    """A denial which no frame bears out, at the beginning or in few words: "don't go left", "stop slowing down"."""
     first, *behind = it.row or it.said
     turned = behind[:1] and behind[0].kind in it.senses and first.text.lower() in ("stop", "quit", "avoid")
     said = first if turned else next((c for c in it.row[: CURT + 1] if c.kind == "never"), None)
@@ -265,5 +265,5 @@ CHECKS: tuple[Check, ...] = (
     _sign_left, _part_left, _half_left, _compared, _denied, _thing_turned, _other_deed, _conditional, _without_unit,
 )  # fmt: skip
 MINDED: tuple[Check, ...] = (_number_left, _object_left)
-"""Checks of what the network has not seen, and of what it has: where it is certain, it was right in 74 of 82 sentences
+"""Checks of what the network has not seen, and of what it has: where it is certain, it was right in 88 of 94 sentences
 that these doubted; but they count for comparisons ("5 cm farther from the cup than from the lamp")."""

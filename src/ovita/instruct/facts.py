@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
@@ -65,14 +64,6 @@ class Facts:
         """The senses with an opposite that were read."""
         return {sense for frame in self.frames for sense in senses(frame)}
 
-    def frames_of(self, kinds: Any) -> list[Any]:
-        """The frames of some kinds."""
-        return [frame for frame in self.frames if isinstance(frame, kinds)]
-
-    def names(self, kinds: Any) -> set[str]:
-        """The objects that frames of some kinds are about."""
-        return {name for frame in self.frames_of(kinds) for name in frame.named}
-
     @cached_property
     def words(self) -> list[str]:
         """The words as they were said, in small letters."""
@@ -119,12 +110,6 @@ def clauses(said: Sequence[Chunk]) -> list[list[Chunk]]:
 
 INSTEAD = ("instead of", "rather than")
 """Denials of something beside what is meant."""
-
-
-def elsewhere(frame: F.SemanticFrame, clauses: Sequence[Sequence[Chunk]]) -> bool:
-    """Whether a frame was also read from words outside of some clauses: "pass behind it, never in front"."""
-    spans = [(clause[0].span[0], clause[-1].span[1]) for clause in clauses]
-    return any(not any(low < end and begin < high for low, high in spans) for begin, end in frame.words)
 
 
 def among(held: Iterable[float], value: float) -> bool:

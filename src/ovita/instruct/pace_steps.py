@@ -365,8 +365,7 @@ def stop(builder: PolicyBuilder, frame: F.StopAt) -> None:
     at, words = spot(builder, frame.place)
     item = builder.item(frame.place)
     builder.assume("to stop means to end there; say 'wait' to go on afterwards")
-    short_of = _short_of(builder, item, frame)
-    if item is not None and short_of is not None:
+    if item is not None and (short_of := _short_of(builder, item, frame)) is not None:
         _stop_short(builder, item, short_of)
     elif item is not None and frame.aim:
         place, words = aimed(builder, item.name, frame.aim)
@@ -392,17 +391,13 @@ def _brake(builder: PolicyBuilder, item: SceneObject | None = None) -> str:
     """The argument that shortens the braking distance to what the speed needs, or to a part of the way to it; or ""."""
     rows = builder.rows()
     s = arc_length(rows[:, :3])
-    whole = max(float(s[-1]), 1e-9)
-    share = float(s[item.distance(rows[:, :3]).argmin()]) / whole if item is not None else 1.0
-    way = min(float(rows[:, 3].max()) ** 2 / (2.0 * GENTLY) / whole, BRAKES_OVER * share)
+    to = s[item.distance(rows[:, :3]).argmin()] if item is not None else s[-1]
+    way = float(min(rows[:, 3].max() ** 2 / (2.0 * GENTLY), BRAKES_OVER * to) / max(s[-1], 1e-9))
     return f", brake={nice(way):g}" if 0.0 < way < 0.1 else ""
 
 
-BRAKES_OVER = 0.3
-"""The share of the way to a stop that braking takes at most."""
-
-GENTLY = 0.25
-"""A deceleration that nobody minds [m/s^2]."""
+GENTLY, BRAKES_OVER = 0.25, 0.3
+"""A deceleration that nobody minds [m/s^2], and the share of the way to a stop that braking takes at most."""
 
 
 def _short_of(builder: PolicyBuilder, item: SceneObject | None, frame: F.StopAt | F.Wait) -> F.Quantity | None:
@@ -422,7 +417,7 @@ def _stop_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> Non
     builder.goal_moved = True
     plan = f"Slow down and stop {by:g} m before {item.name}; the path ends there."
     promise = f"expect_distance({ref}, nearest={name})"
-    builder.add(f"traj = stop_before(traj, {ref}, {name}{_brake(builder)})", plan, promise, "expect_stop()")
+    builder.add(f"traj = stop_before(traj, {ref}, {name}{_brake(builder, item)})", plan, promise, "expect_stop()")
 
 
 def _short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity) -> str:
