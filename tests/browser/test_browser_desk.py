@@ -19,6 +19,13 @@ def alive(page):
     return page.evaluate("() => [...new Set([...document.querySelectorAll('#dock button')].map(b => !b.disabled))]")
 
 
+def keeps_focus(page, node):
+    """Whether a node keeps the focus: what is drawn anew loses it, and a slow page draws late."""
+    node.focus()
+    page.wait_for_timeout(700)
+    return node.evaluate("node => node === document.activeElement")
+
+
 def chosen(page):
     return page.locator("[role=tab][aria-selected=true]").all_inner_texts()
 
@@ -47,7 +54,7 @@ def test_keys_help_and_words(start, browser):
     page.keyboard.press("Control+y")
     until(lambda: turns(page) == 2)
     page.wait_for_selector("button.turn[data-do='go 2'][aria-current]")  # the list that is shown is the new one
-    page.locator("button.turn").last.focus()
+    until(lambda: keeps_focus(page, page.locator("button.turn").last))
     page.keyboard.press("Space")
     until(lambda: turns(page) == 0)
     assert page.view.player.moment == 0.0
