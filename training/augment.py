@@ -12,6 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent / "corpus"))
 import check
+from atoms import atoms_of
 
 from ovita.instruct import remarks, slots
 from ovita.instruct.encoder import QUERIES, concepts_of
@@ -83,7 +84,7 @@ def samples(path: Path, known: frozenset[str], misses: list[str] | None = None) 
 def readable(example: check.Example, known: frozenset[str], misses: list[str] | None = None) -> Iterator[Sample]:
     """The example as a sample, if atoms can say it."""
     try:
-        atoms = slots.atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
+        atoms = atoms_of(example.frames or example.edits) if example.outcome == "do" else (outcome_atom(example),)
     except slots.Unfit:
         return
     if example.besides and len(atoms) < QUERIES:
@@ -148,13 +149,45 @@ def _as_said(atom: Atom, mentions: Sequence[Referent], before: Sequence[Semantic
     """A factor of 1.2 that was said as "20 % larger", and a value that was said as so much more, as such."""
     wanted, action = atom.amounts.get("amount"), atom.label("action")
     said = [m for m in mentions if not m.is_object and m.words is not None]
-    if wanted is None or any(math.isclose(m.value, abs(wanted.value), rel_tol=0.035) for m in said):
-        return atom
+    across = _across(atom, said)
+    if (
+        wanted is None
+        or across is not atom
+        or any(math.isclose(m.value, abs(wanted.value), rel_tol=0.035) for m in said)
+    ):
+        return across
+    if action in ("pace", "waypoints") and wanted.unit in ("x", "%"):
+        return _as_divisor(atom, said)
     if action == "resize" and not atom.label("choice") and wanted.unit in ("x", "%"):
         return _as_share(atom, said, "larger", "smaller")
     if action == "scale" and not atom.label("choice"):
         return _as_share(atom, said, "more", "less")
     return _as_step(atom, said, before) if action == "set" and atom.label("step") == "0" else atom
+
+
+def _across(atom: Atom, said: Sequence[Referent]) -> Atom:
+    """An atom with a radius as one with the width, if that was said."""
+    setting = atom.label("action") == "set" and atom.label("choice") == "radius"
+    radius = atom.amounts.get("amount" if setting else "radius")
+    if radius is None or any(_fits(m, radius) >= 3 for m in said):
+        return atom
+    width = replace(radius, value=2.0 * radius.value, said="")
+    if not any(_fits(m, width) >= 3 for m in said):
+        return atom
+    if setting:
+        return replace(atom, labels=atom.labels | {"choice": "size"}, amounts=atom.amounts | {"amount": width})
+    amounts = {name: quantity for name, quantity in atom.amounts.items() if name != "radius"}
+    return replace(atom, amounts=amounts | {"size": width})
+
+
+def _as_divisor(atom: Atom, said: Sequence[Referent]) -> Atom:
+    """An atom with a factor as one with what the time or the number is divided by, if that was said."""
+    factor = atom.amounts["amount"].value
+    for mention in said:
+        if mention.unit in ("%", "x", "") and factor and math.isclose(1.0 / factor, mention.value, rel_tol=0.035):
+            amounts = atom.amounts | {"amount": Quantity(mention.value, "x")}
+            return replace(atom, labels=atom.labels | {"step": "-1"}, amounts=amounts)
+    return atom
 
 
 def _as_share(atom: Atom, said: Sequence[Referent], more: str, less: str) -> Atom:
@@ -385,7 +418,7 @@ def templates(known: frozenset[str]) -> list[Sample]:
                 reading = reading if bar else {"faster": "pace faster", "slower": "pace slower"}[concept]
                 frames = parse(reading, objects)
                 example = check.Example("words", 0, objects, said.format(phrase), None, reading, frames)
-                sample = sample_of(example, slots.atoms_of(frames), known)
+                sample = sample_of(example, atoms_of(frames), known)
                 if not any(UNKNOWN in pointer.values() for pointer in sample.pointers):
                     found.append(sample)
     return found
@@ -646,6 +679,9 @@ def turned(
         labels = [atom.label(head) for atom in atoms]
         if a in once and b not in told and labels.count(one) == 1 and other not in labels:
             fitting.append(row)
+        lain = [t for t in atoms if t.label(head) == other and t.label("action") == "side"]  # "with it on your left"
+        if a in once and b not in told and len(lain) == 1 and labels.count(other) == 1 and one not in labels:
+            fitting.append((a, b, head, other, one))
     if not fitting:
         return pieces, atoms
     a, b, head, one, other = rng.choice(fitting)

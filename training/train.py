@@ -142,6 +142,10 @@ class DecoderLayer(nn.Module):
         return self.norm2(x + self.drop(self.down(fn.gelu(self.up(x), approximate="tanh"))))
 
 
+RARE = -4.0
+"""The bias of a class that the weights before did not know."""
+
+
 class Model(nn.Module):
     """The network of `ovita.instruct.encoder` in torch, with the same names."""
 
@@ -224,7 +228,7 @@ class Model(nn.Module):
             for name, a in arrays.items()
             if a.dtype.kind in "if" and not name.endswith(".scale") and not name.startswith("calibration")
         }
-        if len(floats["heads.bias"]) != len(self.heads.bias):
+        if len(floats["heads.bias"]) > len(self.heads.bias):  # classes may be added behind those of the last head
             raise SystemExit(f"{file} was trained for other classes than `instruct/slots.HEADS` has now")
         before = {piece: i for i, piece in enumerate(str(arrays["vocabulary"]).split("\n"))}
         marks = [before[piece] for piece in pieces[-len(MARKS) :]]
@@ -238,6 +242,7 @@ class Model(nn.Module):
             for name, parameter in self.named_parameters():
                 if name in floats:
                     parameter[: len(floats[name])].copy_(floats[name])
+            self.heads.bias[len(floats["heads.bias"]) :] = RARE
 
     def weights(self) -> dict[str, np.ndarray]:
         """The arrays of `encoder.Network`: matrices as int8 with a scale per row."""
@@ -272,8 +277,8 @@ class Model(nn.Module):
 def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
     """The mean of the weights of several runs that went on from one another, with the vocabulary of the first.
 
-    A piece or query that a run does not know counts as in the first. The mean reads strangers better than each of them
-    (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
+    A piece, query or class that a run does not know counts as in the first. The mean reads strangers better than each
+    of them (Izmailov et al., Averaging Weights Leads to Wider Optima, 2018).
     """
     runs = []
     for file in files:
@@ -286,7 +291,8 @@ def averaged(files: Sequence[Path]) -> dict[str, np.ndarray]:
             own = run[name][rows]
             own[np.array(rows) < 0] = runs[0][name][np.array(rows) < 0]
             run[name] = own
-        run["queries"] = np.concatenate([run["queries"], runs[0]["queries"][len(run["queries"]) :]])
+        for name in ("queries", "heads.weight", "heads.weight.scale", "heads.bias"):
+            run[name] = np.concatenate([run[name], runs[0][name][len(run[name]) :]])
     out: dict[str, np.ndarray] = {}
     for name, first in runs[0].items():
         if first.dtype == np.int8:

@@ -159,7 +159,6 @@ def test_waits_of_one_sentence():
     [
         "Begin from rest and go at 0.3 m/s in the first 10 cm",
         "Go left, but twice as loud near the cup",
-        "Keep it as it is",
         "Move waypoint 5 and waypoint 10 up by 3 cm",
         "Continue past the goal for 10 cm, rising 5 cm",
         "Keep 5 cm more distance from the plate than from the vase",

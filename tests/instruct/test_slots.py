@@ -1,14 +1,19 @@
 """Frames and edits as atoms of the learned reader, and sentences as it sees them."""
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "training"))
+from atoms import atoms_of
 
 from ovita.instruct.frames import Quantity
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
 from ovita.instruct.sketch import sketch
-from ovita.instruct.slots import HEADS, Atom, Unfit, atoms_of, items_of
+from ovita.instruct.slots import HEADS, Atom, Unfit, items_of
 from ovita.paths.scene import Scene, SceneObject
 
 OBJECTS = ("cup", "left shelf", "right shelf", "toolbox")

@@ -325,3 +325,20 @@ def test_a_stop_that_is_denied_is_never_done(sentence):
     result = said(sentence, YARD)
     plan = (result.proposal or result).plan
     assert plan and not any(word in " ".join(plan).lower().replace("no stop", "") for word in ("wait", "stop", "hover"))
+
+
+def test_farther_from_a_person_on_a_ramp_does_not_go_under_the_ground():
+    scene = Scene((SceneObject("person", [2.5, -1, 0.9], [0.5, 0.4, 1.8]),))
+    result = adapt(
+        path([[0, 0, 0], [2, 0, 0], [3, 0, 0.4], [6, 0, 0.4]], 0.5), "stay farther from the person", scene=scene
+    )
+    where = result.adapted.positions
+    assert where[:, 2].min() >= 0.0 and where[:, 1].max() > 0.2
+
+
+def test_to_hover_at_what_hangs_on_a_wall_is_to_wait_where_the_path_passes_it():
+    wall, crack = SceneObject("wall", [3, 1.6, 2], [6, 0.4, 4]), SceneObject("crack", [3, 1.4, 2], [0.2, 0.02, 0.3])
+    trajectory = path([[0, 0, 2], [6, 0, 2]], 0.5)
+    result = adapt(trajectory, "hover at the crack for 3 seconds", scene=Scene((wall, crack)))
+    assert result.status == "done" and np.abs(result.adapted.positions[:, 1]).max() < 1e-6
+    assert np.allclose(result.adapted.positions[result.adapted.dwells], [3, 0, 2], atol=0.06)

@@ -384,4 +384,5 @@ def test_what_else_a_robot_should_do_is_told_before_anything_is_done(sentence):
 
 
 def test_to_go_past_a_thing_is_not_to_end_at_it():
-    assert "extend" not in show(said("go past the cup").frames or said("go past the cup").proposal.frames)
+    result = said("go past the cup")
+    assert "extend" not in show((result.proposal or result).frames)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, Literal
 
+import numpy as np
+
 from ovita.bench.asked_for import PATHLESS, SHARE_UNITS, SHARES, Asked, nearest_to, place_of, shared
 from ovita.instruct import frames as F
 from ovita.instruct.meaning import canonical
@@ -14,6 +16,7 @@ from ovita.measure.predicates import Check, asked
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import OPPOSITE, Scene, side_passed
 from ovita.paths.trajectory import Trajectory
+from ovita.toolkit.approach import extent
 
 RECOUNTED = (F.Resample, F.Trim, F.Figure, F.Extend, F.Return, F.Hover)
 """Frames that change which waypoints there are, other than by stopping at one."""
@@ -75,7 +78,19 @@ def _one_end(case: Asked, frame: F.MoveEnd, end: Any) -> Check:
     if frame.relation:
         by = case.metres(frame.by) if frame.by and frame.by.unit not in SHARE_UNITS else None
         return asked.end_aimed(end, place, "farther" if frame.relation == "away" else "closer", by=by)
-    return P.not_(P.same_path()) if case.has(F.Trim, F.StopAt) else _end_moved(case, frame, end)
+    if frame.level is not None and not case.has(F.Shift, F.Rotate, F.Resize):
+        return _end_levelled(case, frame, frame.level, end)
+    return P.not_(P.same_path()) if case.has(F.Trim, F.StopAt) or frame.level else _end_moved(case, frame, end)
+
+
+def _end_levelled(case: Asked, frame: F.MoveEnd, level: F.Quantity, end: Any) -> Check:
+    """That an end moves up or down to a height: above the ground, an object's top or centre, or below its bottom."""
+    up, height = case.scene.frame.direction("up"), case.metres(level) or 0.0
+    now = float(case.trajectory.positions[0 if end == "start" else -1] @ up)
+    if isinstance(frame.place, str) and frame.place in case.scene.names:
+        item = case.scene[frame.place]
+        height += float(item.position @ up) + np.sign(height) * extent(item, up)
+    return (P.start_moved if end == "start" else P.goal_moved)(up=height - now, only=case.alone(frame))
 
 
 def _end_moved(case: Asked, frame: F.MoveEnd, end: Any) -> Check:

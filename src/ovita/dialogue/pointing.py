@@ -6,9 +6,10 @@ import re
 from collections.abc import Sequence
 
 from ovita.instruct.frames import Approach, Clearance, SemanticFrame, Visit, frame_objects
+from ovita.instruct.objects import head_of, singular
 from ovita.instruct.remarks import named_objects
 from ovita.paths.part import PathPart
-from ovita.paths.scene import Scene, SceneObject
+from ovita.paths.scene import Scene, SceneObject, canonical
 
 WORDED = ("near", "first", "last", "middle", "after", "before", "between", "turns")
 """Kinds of parts of which the words are those that a person would say."""
@@ -25,6 +26,7 @@ def spelt_out(text: str, before: str, turns: Sequence[Sequence[SemanticFrame]], 
     """
     if not turns:
         return text
+    text = with_other(text, [frame for frames in turns for frame in frames], scene)
     text = _with_its_place(text, before, turns[-1], scene)
     everything = dict.fromkeys(name for frames in turns for frame in frames for name in frame_objects(frame))
     text = with_both(text, [*everything][-2:], scene)
@@ -100,6 +102,32 @@ def with_thing(text: str, name: str) -> tuple[str, ...]:
     """An utterance with the name of the thing that it left open, in its place and at its end."""
     asked = text.rstrip(" .!?")
     return (_THING.sub(f"the {name}", asked, count=1), f"{asked} the {name}", f"{asked} from the {name}")
+
+
+_OTHER = re.compile(r"\b(?:(?:the|that|this|a) )?(other|wrong) (\w+)\b", re.IGNORECASE)
+INSTEAD = frozenset("no no, not please one oops sorry sorry, wait i mean meant, meant".split())
+"""Words beside "the other one" with which it is meant instead of what was said, not besides."""
+
+
+def with_other(text: str, before: Sequence[SemanticFrame], scene: Scene) -> str:
+    """An utterance with the name of the one thing for "the other cup", "the wrong cup" that was not meant before."""
+    found = _OTHER.search(text)
+    meant = {name for frame in before for name in frame.named}
+    if found is None or not meant:
+        return text
+    noun, words = singular(found[2].lower()), {*text.lower().split()}
+    instead = words <= {*found[0].lower().split(), *INSTEAD} or found[1].lower() == "wrong"
+    kinds = {*map(_kind, meant)}
+    kinds &= kinds if noun == "one" else {noun}
+    others = [item.name for item in scene if _kind(item.name) in kinds and item.name not in meant]
+    if len(others) != 1:
+        return text
+    return f"{text[: found.start()]}{'I meant ' * instead}the {others[0]}{text[found.end() :]}"
+
+
+def _kind(name: str) -> str:
+    """The noun in an object's name."""
+    return head_of(canonical(name).split())
 
 
 _BOTH = re.compile(r"\b(?:both of them|them both|the two of them|these two|those two|both)\b", re.IGNORECASE)

@@ -104,6 +104,16 @@ def _keeps_ends(edits: Sequence[Edit]) -> bool:
     )
 
 
+def _gives_up(edits: Sequence[Edit]) -> bool:
+    """Whether edits take back the last turn, or all of it."""
+    return bool(edits) and all(edit == Command(command="undo") or edit == Drop() for edit in edits)
+
+
+def _numbers(edits: Sequence[Edit]) -> bool:
+    """Whether edits take back a turn by its number: "forget the first one"."""
+    return any(edit.on.startswith("turn ") for edit in edits)
+
+
 @dataclass(frozen=True)
 class DialogueState:
     """What an utterance is interpreted against.
@@ -174,6 +184,13 @@ class DialogueState:
         if len(results) == 1 or not all(result.frames for result in results):
             return last
         named = 1 if last is not None and _keeps_ends(last.edits) else self._named_earlier(said)
+        if (
+            last is not None
+            and _gives_up(last.edits)
+            and (back := self._about(said, results, 0))
+            and _numbers(back.edits)
+        ):
+            return back
         if last is not None and not last.reading.unread and not named:
             return last
         earlier = self._about(said, results, 0)

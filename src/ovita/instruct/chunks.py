@@ -1,14 +1,14 @@
 # ruff: noqa: E501
 """From an utterance to chunks: objects of the scene, numbers with units, words by class, and words that nobody knows.
 
-A chunk's class is what the constituents, the table of frames and the referee look at; `span` says where it stands.
+A chunk's class is what the referee looks at; `span` says where it stands.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -87,12 +87,6 @@ COUNTED = {"second": 2, "other": 2, "third": 3, "fourth": 4, "quarter": 4, "fift
 COUNTABLE = frozenset("waypoint point wp pt".split())
 """Ordinals, as in "every third", and what they count: "the fifth point"."""
 
-BARE = {
-    **dict.fromkeys(("first", "initial", "opening", "1st"), "1st"),
-    **dict.fromkeys(("last", "final", "closing", "final stretch"), "nth"),
-}
-"""Words that name a part of the path only with what follows: "the last 10 cm", but "last, go up"."""
-
 PRONOUNS = frozenset("it him her them that this he she they one theirs".split())
 PLACING = frozenset("at by on to from of near around after before over under thru touch toward within for pass".split())
 BESIDE = frozenset("near around over under toward past".split())
@@ -110,8 +104,6 @@ class Chunk:
         span: Where it stands.
         names: Objects that it means.
         q: The quantity that it is.
-        value: What else a constituent knows.
-        apart: Whether a pause stands before it.
     """
 
     kind: str
@@ -119,36 +111,11 @@ class Chunk:
     span: Span
     names: tuple[str, ...] = ()
     q: Quantity | None = None
-    value: Any = field(default=None)
-    apart: bool = False
 
     @property
     def number(self) -> Quantity:
         """The quantity that it is; a bare zero if it is none."""
         return self.q or Quantity(0.0)
-
-
-def merged(found: Sequence[Chunk], kind: str, **more: Any) -> Chunk:
-    """One chunk of several."""
-    text = " ".join(c.text for c in found)
-    names = tuple(dict.fromkeys(name for c in found for name in c.names))
-    q = next((c.q for c in reversed(found) if c.q is not None), None)
-    made = Chunk(kind, text, (found[0].span[0], found[-1].span[1]), names, q)
-    return replace(made, **more)
-
-
-def kinds(found: Sequence[Chunk]) -> list[str]:
-    """The classes of chunks."""
-    return [c.kind for c in found]
-
-
-def numbers(found: Sequence[Chunk]) -> list[Quantity]:
-    """The quantities of chunks."""
-    return [c.q for c in found if c.q is not None]
-
-
-Build: TypeAlias = "Callable[[Sequence[Chunk]], Chunk | list[Chunk] | None]"
-"""What becomes of chunks that a pattern matches; None leaves them as they are."""
 
 
 @dataclass(frozen=True)
@@ -219,11 +186,6 @@ def _forbidden(chunk: Chunk, behind: Sequence[Chunk]) -> Chunk:
     away = behind[0].kind == "from" and behind[0].text.lower().startswith("away")
     how = behind[1 if behind[0].kind == "filler" and len(behind) > 1 else 0]
     return replace(chunk, kind="never") if away or how.kind in MANNERS else chunk
-
-
-def spoken(text: str) -> list[tuple[str, Span]]:
-    """The words and marks of an utterance in small letters, each with where it stands."""
-    return [(word.text.lower(), word.span) for word in _pieces(text)]
 
 
 def _pieces(text: str) -> list[_Word]:
@@ -372,5 +334,4 @@ def _known(word: str, kind: str, length: int) -> tuple[Chunk, int]:
     if not kind:
         joins, plain = word in ("and", "n", "or"), CONTRACTION.fullmatch(word)
         return _of("filler" if plain else "and" if joins else "unknown"), 1
-    kind = BARE.get(word, kind) if length == 1 and kind not in ("plain", "join", "lasting") else kind
     return _of({"plain": "filler", "join": "and"}.get(kind, kind)), length

@@ -154,14 +154,11 @@ def _compared(it: Facts) -> str:
     for word, amount in pairwise(row):
         denied = word.kind == "never" or (denied and word.kind not in ("comma", "dot", "and"))
         excluded = EXCLUDED.get(word.kind, "")
-        excluded = OTHER_BOUND[excluded] if denied and excluded else excluded
+        excluded = OPPOSITE[excluded] if denied and excluded else excluded
         wrong = [value for role, value in bounds if role == excluded]
         if amount.q is not None and among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
-
-
-OTHER_BOUND = {"at_least": "at_most", "at_most": "at_least"}
 
 
 def _without_unit(it: Facts) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
@@ -56,8 +56,10 @@ class Facts:
 
     @cached_property
     def flipped(self) -> frozenset[str]:
-        """What the words come to that others turn round."""
-        return _flipped(tuple(self.said))
+        """The classes of words that others turn round, as what they come to: "too close" as farther."""
+        row = [chunk.kind for chunk in self.row]
+        denied = (kind for i, kind in enumerate(row) if not TURNING.isdisjoint(row[max(i - 2, 0) : i]))
+        return frozenset(FLIPPED[kind] for kind in denied if kind in FLIPPED)
 
     @cached_property
     def senses(self) -> set[str]:
@@ -79,15 +81,7 @@ class Facts:
         return quoted([next((chunk.text for chunk in self.said if chunk.kind in kinds), "")])
 
 
-@lru_cache(maxsize=16)
-def _flipped(said: tuple[Chunk, ...]) -> frozenset[str]:
-    """The classes of words that others turn round, as what they come to: "too close" as farther."""
-    row = [chunk.kind for chunk in said if chunk.kind not in ("filler", "approx")]
-    denied = (kind for i, kind in enumerate(row) if not TURNING.isdisjoint(row[max(i - 2, 0) : i]))
-    return frozenset(FLIPPED[kind] for kind in denied if kind in FLIPPED)
-
-
-TURNING = frozenset("too never so less dec pass without clear".split())
+TURNING = frozenset("too never so less dec pass clear".split())
 """Classes of words that turn round what stands right behind them."""
 
 FLIPPED = {

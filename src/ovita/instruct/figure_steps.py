@@ -131,6 +131,7 @@ def _spiral(builder: PolicyBuilder, frame: F.Figure) -> None:
         return
     at, words = spot(builder, frame.place)
     radius, meaning = _size(builder, frame, "the radius of the spiral"), "largest radius of the spiral"
+    radius /= 1 if frame.radius or not frame.size else 2
     r = builder.knob("spiral_radius", radius, "to", meaning, "radius", direction="larger")
     n, turns = _turns(builder, frame, 3.0, "turns of the spiral")
     rise = ""

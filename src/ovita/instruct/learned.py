@@ -15,30 +15,33 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ovita import text as words_of
+from ovita.instruct.editing import directions_of
 from ovita.instruct.editing import slots as slots_of
 from ovita.instruct.edits import Also
 from ovita.instruct.encoder import QUERIES, Network, Output, concepts_of, encode, network
 from ovita.instruct.frames import Quantity, Reading, SemanticFrame, name_of
-from ovita.instruct.lacking import completed, each_its_own
 from ovita.instruct.notation import DIRECTIONS
 from ovita.instruct.sketch import Referent, Sketch, sketch
-from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, Atom, Unfit, items_of
+from ovita.instruct.slots import ACTIONS, AMOUNTS, CHOICES, HEADS, TRAINED, TURNS, Atom, Unfit, items_of
 from ovita.instruct.together import aimed, held_along
+from ovita.instruct.whereabouts import placed
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array
 
 _FIGURES = ("circle", "spiral", "eight", "zigzag", "wave", "shake")
 WITH_PART = ("place", "toward", "outside")
 OF_ACTION: dict[str, tuple[str, ...]] = {
-    "pace": ("choice", "role", "degree", "part"),
+    "pace": ("choice", "role", "step", "degree", "part"),
     "move": ("direction", "degree", "part"),
-    "end": ("choice", "relation", "direction", "degree", "spot"),
+    "end": ("choice", "relation", "direction", "step", "degree", "spot"),
     **dict.fromkeys(("closer", "farther", "smooth"), ("degree", "part")),
     "clearance": ("role", "part"),
     "height": ("role", "spot", "step", "part"),
-    **dict.fromkeys(("via", "avoid"), ("relation",)),
+    "via": ("relation", "degree"),
+    "avoid": ("relation",),
     **dict.fromkeys(("side", "tilt"), ("direction",)),
-    **dict.fromkeys(("keep", "waypoints"), ("choice", "part")),
+    "keep": ("choice", "part"),
+    "waypoints": ("choice", "step", "part"),
     "stop": ("spot",),
     "wait": ("spot", "step"),
     "extend": ("direction", "spot", "step"),
@@ -52,7 +55,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
     "curve": ("choice", "degree", "part"),
     **dict.fromkeys(("straighten", "level", "nonstop"), ("part",)),
     "arrive": ("direction", "spot"),
-    **dict.fromkeys(("quadrant", "ask", "improper"), ("choice",)),
+    **dict.fromkeys(("quadrant", "ask", "improper", "undo", "redo"), ("choice",)),
     "scale": ("choice", "degree", "on"),
     "set": ("choice", "direction", "step", "on"),
     "replace": ("choice", "direction", "spot", "on"),
@@ -62,7 +65,7 @@ OF_ACTION: dict[str, tuple[str, ...]] = {
 """The heads that count for an action besides the action itself."""
 
 _ONE_AMOUNT = ("move", "extend", "bound", "end", "tilt", "rotate", "waypoints", "height", "resize", "trim", "pace",
-               "arrive", "set", "scale", "undo", "redo")  # fmt: skip
+               "arrive", "set", "scale")  # fmt: skip
 _OF_OBJECTS = ("closer", "farther", "clearance", "via", "side", "hop", "avoid")
 POINTS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(_ONE_AMOUNT, ("amount",)),
@@ -94,7 +97,7 @@ ALLOWED: Allowed = {
     **{(action, "spot"): ("", "object") for action in ("extend", "bound", "arrive", "height")},
     **{(action, "direction"): ("", "up") for action in ("wave", "zigzag")},
     ("wait", "step"): ("0", "1"),
-    **{(action, "step"): ("0", "-1") for action in ("extend", "height", "spiral")},
+    **{(action, "step"): ("0", "-1") for action in ("extend", "height", "spiral", "pace", "waypoints", "end")},
     **{(action, "choice"): words for action, words in CHOICES.items()},
 }  # fmt: skip
 """What a head may say for an action, where that is not everything."""
@@ -241,9 +244,8 @@ class LearnedReader:
         misread = False
         if not outcome:
             try:
-                read = items_of(each_its_own(choice.atoms, seen), before or ())
-                items, used = completed(read, choice.used, seen)
-                choice = replace(choice, used=used)
+                read = items_of(choice.atoms, before or ())
+                items = placed(read, seen)
             except Unfit as error:
                 misread, outcome = True, {"question": f"{error}?"}
         left = unused(seen, choice)
@@ -379,18 +381,30 @@ def choose(output: Output, seen: Sketch, before: Sequence[SemanticFrame] | None)
 
 
 def _of_what_stood(before: Sequence[SemanticFrame], seen: Sketch) -> Allowed:
-    """What edits may be about: frames before, slots that one of these has, and a part where a thing is named."""
-    names = ("", *dict.fromkeys(map(name_of, before)))
+    """What words and frames before leave: what edits may be about, slots to set, a part where a thing is named."""
+    ways = (way for frame in before for way in directions_of(frame) if way in DIRECTIONS)
+    names = ("", *dict.fromkeys((*map(name_of, before), *ways)))
     held = {slot for frame in before for slot in slots_of(frame)} | {"direction"}
     settable = [slot for slot in CHOICES["set"] if slot in held or slot in HEADS["role"] or slot == "of"]
     whole, *parts = HEADS["part"]
+    told = {*concepts_of(seen.pieces)}
+    every = any(a.text.lower() == "every" and b.mention < 0 for a, b in pairwise(seen.pieces))
+    larger = not told.isdisjoint(("more", "stretch")) and told.isdisjoint(("fewer", "shrink"))
     named = any(mention.is_object and mention.words for mention in seen.mentions)
     return {
         **{(action, "on"): names for action, heads in OF_ACTION.items() if "on" in heads},
         **{(action, "part"): parts if named else (whole, *parts) for action in ("restrict", "except")},
         ("set", "choice"): settable,
+        **({("resize", "choice"): ("larger",)} if larger else {}),  # "bigger, ten percent" is no tenth
+        **({(action, "part"): [p for p in HEADS["part"] if p != "every"] for action in WITH_PARTS} if every else {}),
+        ("drop", "on"): (*names, *TURNS[: len(before)]),
     }
 
+
+WITH_PARTS = tuple(
+    action for action, heads in OF_ACTION.items() if "part" in heads and action not in ("restrict", "except")
+)
+"""What may be about a part of the path; "every waypoint from 12 to 18" is no twelfth one."""
 
 NOTICED = 0.1
 """How likely a wish beside the others that no atom can say has to be to be told of."""
@@ -437,8 +451,6 @@ def _labels(output: Output, q: int, action: str, seen: Sketch, allowed: Allowed)
     for head in OF_ACTION.get(action, ()):
         labels[head], likely = _best(output, head, q, allowed.get((action, head)))
         likelihoods.append(likely)
-    if action == "end" and not labels["relation"] and not labels["direction"]:
-        labels["direction"], _ = _best(output, "direction", q, DIRECTIONS)
     if labels.get("part", "whole") != "whole":
         for head in WITH_PART:
             labels[head], likely = _best(output, head, q)
@@ -530,7 +542,7 @@ def unused(seen: Sketch, choice: Choice) -> tuple[str, ...]:
     if not actions & _OF_SPEED:
         wanted.update(LEFT_WORDS["speed"])
     marks = _unpointed(seen, choice)
-    amounts = [_said_as(m) for m in marks if not m.is_object]
+    amounts = [] if actions & {"undo", "redo"} else [_said_as(m) for m in marks if not m.is_object]
     objects = [name for m in marks for name in m.items[:1]]
     return (*amounts, *objects, *(word for concept, word in _concepts(seen) if concept in wanted - actions))
 

@@ -147,7 +147,8 @@ def _earlier(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether more of a speed, or nothing, was read where it is to begin earlier."""
     paced = bool(said.before) and all(isinstance(frame, F.Pace) for frame in said.before)
     earlier = not {"earlier", "sooner"}.isdisjoint(words_in(said.pieces)) and not _names_others(said)
-    return paced and earlier and (not edits or _some(edits, E.Rescale))
+    whole = any(isinstance(edit, E.Restrict) and not edit.part for edit in edits)
+    return paced and earlier and (not edits or _some(edits, E.Rescale) or whole)
 
 
 def _gives_up(edits: Sequence[E.Edit]) -> bool:

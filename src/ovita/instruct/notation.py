@@ -395,7 +395,7 @@ def _where(key: str, value: str) -> Where:
             return Where(key, (), _from_ground(direction, _if_said(amount)), direction=direction)
         case "heading":
             return Where(key, direction=value)
-        case "first" | "last" | "middle" | "turns" | "every" | "rising" | "falling" | "selection":
+        case "first" | "last" | "middle" | "turns" | "every" | "rising" | "falling" | "selection" | "whole":
             return Where(key, amount=_if_said(value))
     raise InputError(f"'@{key}' is no part of a path")
 
@@ -543,5 +543,5 @@ def _change_shown(edit: E.Edit) -> Sequence[str]:
         case E.Replace(direction=direction, objects=names, end=end):
             return (direction or end or f"obj={_joined(names)}",)
         case E.Restrict(part=part) | E.Except(part=part):
-            return tuple(_parts_shown(part))
+            return tuple(_parts_shown(part)) or ("@whole",)
     return ()

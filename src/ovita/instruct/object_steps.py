@@ -18,7 +18,7 @@ from ovita.paths.part import PathPart
 from ovita.paths.scene import SceneObject
 from ovita.paths.trajectory import Array, arc_length
 from ovita.policy.source import Role
-from ovita.toolkit.approach import extent, keep_distance, stays
+from ovita.toolkit.approach import STEEPEST, extent, keep_distance, stays
 from ovita.toolkit.speed import stands
 
 OVER = {"over": ("up", "above", "top", "height"), "under": ("down", "below", "bottom", "depth")}
@@ -31,9 +31,18 @@ def approach(builder: PolicyBuilder, frame: F.Approach) -> None:
         (_closer if frame.sense == "closer" else _farther)(builder, frame, builder.scene[name])
 
 
-def _reach(builder: PolicyBuilder, where: str) -> str:
-    """On a part that is named, all of it comes closer or goes farther, not only what is nearest."""
-    return f", reach={nice(4 * builder.scale.extent):g}" if where else ""
+def _reach(builder: PolicyBuilder, where: str, frame: F.Approach, item: SceneObject, by: float) -> str:
+    """How much farther off than the nearest waypoint others move, too.
+
+    On a part that is named, all of it does. Of several objects each moves only what is not beside another one, so that
+    their shifts do not add up.
+    """
+    if where:
+        return f", reach={nice(4 * builder.scale.extent):g}"
+    others = [builder.passing(builder.scene[name].position) for name in frame.objects if name != item.name]
+    away = item.distance(np.array([builder.passing(item.position), *others]))
+    free = float((away[1:] - away[0]).min(initial=np.inf))
+    return f", reach={nice(free, up=False):g}" if STEEPEST * by <= free < np.inf else ""
 
 
 def surface_distance(item: SceneObject, positions: Array) -> float:
@@ -50,7 +59,7 @@ def _closer(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> Non
     name = builder.knob("closer_by", by, "by", meaning, "by", about=item.name, direction="closer")
     stated = "" if frame.by is None or where else f", {name}"
     gap = min(0.01, nice(0.005 * builder.scale.extent))
-    further = f", gap={gap:g}{_reach(builder, where)}{argument(where)}{builder.hold()}"
+    further = f", gap={gap:g}{_reach(builder, where, frame, item, by)}{argument(where)}{builder.hold()}"
     builder.add(
         f"traj = closer(traj, {ref}, {name}{further})",
         f"Bring the path {by:g} m closer to {item.name}{part}.",
@@ -110,7 +119,7 @@ def _farther(builder: PolicyBuilder, frame: F.Approach, item: SceneObject) -> No
     usual = usual if q is not None or where else _without_crowding(builder, item, usual)
     by = builder.length(q, usual, f'"farther from {about}"')
     name = builder.knob("farther_by", by, "by", f"how much farther from {about}", "by", about=about, direction="away")
-    reach = _reach(builder, where)
+    reach = _reach(builder, where, frame, item, by)
     if moving := _but_for_stays(builder, item, by, frame.part):
         where = builder.part(moving)[0]
         promise, further = f"expect_farther({ref}{argument(where)})", f"{argument(where)}{builder.hold()}"
@@ -397,7 +406,7 @@ def hover(builder: PolicyBuilder, frame: F.Hover) -> None:
     """Above an object, and wait there."""
     for item in map(builder.scene.__getitem__, frame.objects):
         top = extent(item, builder.axis("up"))
-        if frame.by is None and _passes_over(builder, item, top):
+        if frame.by is None and (_passes_over(builder, item, top) or _walled_in(builder, item, top)):
             _wait_over(builder, frame, item)
             continue
         usual = max(nice(item.radius - top + builder.scale.step("slight")), builder.room(item), _above(builder, item))
@@ -422,6 +431,13 @@ def _passes_over(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
     return -top <= rise <= top + HIGH_UP * builder.scale.extent and aside <= float(np.sort(item.size)[1]) / 2.0
 
 
+def _walled_in(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
+    """Whether what is right above an object is in another one or at its surface, such as the wall that it hangs on."""
+    over = item.position + (top + builder.room(item)) * builder.axis("up")
+    bodies = (other.cuboid for other in builder.scene if other is not item and other.dimensions is not None)
+    return any(float(body.signed(over[None])[0][0]) < 0.51 * float(item.size.min()) for body in bodies)
+
+
 def _above(builder: PolicyBuilder, item: SceneObject) -> float:
     """How far above an object's top the path passes by it [m], less than half its extent; 0 of others."""
     if item.dimensions is None:
@@ -436,12 +452,12 @@ HIGH_UP = 0.5
 
 
 def _wait_over(builder: PolicyBuilder, frame: F.Hover, item: SceneObject) -> None:
-    """Wait where the path passes over an object; what it waits there already counts."""
+    """Wait where the path passes an object; what it waits there already counts."""
     rows, ref = builder.rows(), builder.ref(item)
     first, last = stands(rows, int(np.argmin(item.distance(rows[:, :3]))))
     count = steps(builder, frame.duration)
     in_all, told = (", in_all=True", " in all") if last > first else ("", "")
-    plan = f"Wait {waited(builder, count)}{told} where the path passes over {item.name}."
+    plan = f"Wait {waited(builder, count)}{told} where the path passes {item.name}."
     builder.add(f"traj = dwell(traj, {ref}, steps={count}{in_all})", plan, f"expect_stop(near={ref})")
 
 

@@ -13,7 +13,7 @@ from typing import Literal
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
 from ovita.instruct.contradictions import contradictions
-from ovita.instruct.edits import Also, Edit
+from ovita.instruct.edits import Also
 from ovita.instruct.facts import UNKNOWN, clauses
 from ovita.instruct.together import excluded
 
@@ -87,11 +87,6 @@ def _nothing(reading: F.Reading, said: Sequence[Chunk]) -> Understanding:
 def reads(reading: F.Reading | None) -> bool:
     """Whether a reading says what to do."""
     return reading is not None and bool(reading.frames or reading.edits) and not (reading.question or reading.improper)
-
-
-def items_of(reading: F.Reading) -> tuple[F.SemanticFrame | Edit, ...]:
-    """What a reading asks for: edits of feedback, else frames."""
-    return reading.edits or reading.frames
 
 
 def frames_of(reading: F.Reading) -> tuple[F.SemanticFrame, ...]:

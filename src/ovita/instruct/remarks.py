@@ -11,7 +11,7 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import cut
 from ovita.instruct.editing import directions_of, name_among
 from ovita.instruct.frames import name_of
-from ovita.instruct.lexicon import CONNECTIVES, DETERMINERS, FEEDBACK, concept_at, concepts, filler, stems
+from ovita.instruct.lexicon import FEEDBACK, concept_at, concepts, stems
 from ovita.instruct.numerals import amount_at, is_digits
 from ovita.instruct.objects import GENERIC, Catalog, Mention, singular
 from ovita.instruct.spelling import respelt
@@ -24,14 +24,6 @@ SKIPPED = frozenset(
     damn ever""".split()
 )
 """Words that phrases of feedback are matched without."""
-
-SMALL = frozenset(
-    """more less again that that's those these too not only just instead than still yet even enough same also was were
-    been had did said say meant mean sorry back other opposite wrong change part thing no nope nah never rather as so
-    fine ok okay good better further another yes one like oh ah ugh hmm oops went near around at by from to of over
-    under past before after behind beside above below toward towards off between along with clear into""".split()
-)
-"""Words of feedback, and before a place, that say nothing by themselves."""
 
 GAPS = SKIPPED | {"all", "back", "right"}
 
@@ -63,12 +55,6 @@ NOUNS: dict[str, tuple[str, ...]] = {
 """The frames that a word of feedback, or a concept, can mean."""
 
 
-@cache
-def _small() -> frozenset[str]:
-    """Words that say nothing by themselves."""
-    return frozenset({*filler(), *CONNECTIVES, *DETERMINERS, *SKIPPED, *SMALL})
-
-
 @dataclass(frozen=True, eq=False)
 class Phrase:
     """Some words of an utterance: an object, a number, a phrase of feedback, a concept, or a word that is unknown."""
@@ -84,11 +70,6 @@ class Phrase:
     def content(self) -> bool:
         """Whether it says something that should be read."""
         return bool(self.items or self.number or self.cues or self.concept)
-
-    @property
-    def unknown(self) -> bool:
-        """Whether it is a word that nothing knows."""
-        return not self.content and self.text[0].isalpha() and self.text not in _small()
 
 
 def words_in(pieces: Iterable[Phrase]) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Literal
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.instruct.editing import directions_of, is_called, slots
+from ovita.instruct.editing import OPPOSITE, directions_of, is_called, slots
 from ovita.instruct.facts import among
 from ovita.instruct.numerals import is_digits
 from ovita.instruct.remarks import SENSES, Remark, words_in
@@ -22,8 +22,8 @@ def revised(edits: tuple[E.Edit, ...], chunks: Sequence[Chunk], said: Remark) ->
     """Edits with what their words say besides.
 
     An amount of which words say that it is so much too much, or missing, is a difference ("3 cm too high", "five
-    more"); a share by which something is to be reduced is what is taken off; and a bare number is in the unit of the
-    length that it takes the place of.
+    more"); a share by which something is to be reduced is what is taken off; a bare number is in the unit of the length
+    that it takes the place of; a comparative says whether there is to be more; an old value says what it was of.
 
     Args:
         edits: As they were read.
@@ -31,9 +31,9 @@ def revised(edits: tuple[E.Edit, ...], chunks: Sequence[Chunk], said: Remark) ->
         said: The utterance against the frames before it.
     """
     numbers = [chunk.number.value for chunk in chunks if chunk.kind == "Qn"]
-    edits = tuple(_in_its_unit(edit, said.before, numbers) for edit in edits)
+    edits = tuple(_so_many(_in_its_unit(edit, said.before, numbers), said) for edit in edits)
     edits = tuple(_shared(_stepped(edit, chunks), chunks) for edit in _of_amounts(edits, chunks, said.before))
-    return tuple(_aimed(edit, said) for edit in edits)
+    return tuple(_at_its_end(_instead(_compared(_aimed(edit, said), said), said), said) for edit in edits)
 
 
 def _aimed(edit: E.Edit, said: Remark) -> E.Edit:
@@ -45,6 +45,78 @@ def _aimed(edit: E.Edit, said: Remark) -> E.Edit:
     (way,) = named
     about = [frame for frame in said.before if way in directions_of(frame)]
     return replace(edit, on=way) if not edit.on or any(is_called(frame, edit.on) for frame in about) else edit
+
+
+COUNTS = {"both": 2, "two": 2, "2": 2, "twice": 2, "three": 3, "3": 3, "four": 4, "4": 4}
+"""Words for how many of the turns."""
+
+
+def _so_many(edit: E.Edit, said: Remark) -> E.Edit:
+    """So many steps back or forth as are counted: "undo both", also of what is not among the frames before."""
+    plain = (p for p in said.pieces if p.number is None or p.number.unit in ("", "step", "x"))
+    counts = [COUNTS[word] for piece in plain for word in piece.text.split() if word in COUNTS]
+    if isinstance(edit, E.Command) and edit.command in ("undo", "redo") and edit.steps == 1 and len(counts) == 1:
+        return replace(edit, steps=counts[0])
+    return edit
+
+
+def _compared(edit: E.Edit, said: Remark) -> E.Edit:
+    """A change as more or less, by the comparative that says it: "lower it again" of what went up."""
+    if not isinstance(edit, E.Rescale) or edit.factor is not None:
+        return edit
+    about = [frame for frame in said.before if not edit.on or is_called(frame, edit.on)]
+    if edit.change and not TURNING.isdisjoint(words_in(said.pieces)):
+        return edit
+    senses = {sense for frame in about for sense in _senses(frame)}
+    for sense in (SENSES.get(piece.concept, "") for piece in said.pieces if piece.text.endswith("er")):
+        if sense in senses or OPPOSITE.get(sense, sense) in senses:
+            return replace(edit, change="more" if sense in senses else "less")
+    return edit
+
+
+TURNING = frozenset("too not less enough so never no much as".split())
+"""Words that turn a comparative round: "not so slow"."""
+
+
+def _senses(frame: F.SemanticFrame) -> set[str]:
+    """What there is more of where a frame's amount grows; of a time that the way takes that is slowness."""
+    if isinstance(frame, F.Pace) and frame.amount is not None and frame.change in ("set", "cap", "floor"):
+        slow = frame.amount.unit == "s" or (frame.amount.unit in ("x", "%") and frame.amount.value < 1.0)
+        return {"slower" if slow else "faster"}
+    return {*directions_of(frame), str(getattr(frame, "change", "")), str(getattr(frame, "sense", ""))} - {""}
+
+
+def _instead(edit: E.Edit, said: Remark) -> E.Edit:
+    """Another value for the slot whose old value is said beside it: "15 cm instead of 10 cm"."""
+    numbers = [piece.number for piece in said.pieces if piece.number]
+    if not isinstance(edit, E.Set) or len(numbers) != 2 or edit.step:
+        return edit
+    had = [(i, slot, q) for i, frame in enumerate(said.before) for slot, q in dict(held_in(frame)).items()]
+    old = [
+        (i, slot)
+        for i, slot, q in had
+        if any(math.isclose(q.value, n.value) and n.unit in ("", q.unit) for n in numbers)
+    ]
+    others = [n for n in numbers if not any(math.isclose(q.value, n.value) for _, _, q in had)]
+    if len(old) != 1 or len(others) != 1 or not math.isclose(others[0].value, edit.quantity.value):
+        return edit
+    return replace(edit, on=said.on(old[0][0]), slot=old[0][1])
+
+
+def _at_its_end(edit: E.Edit, said: Remark) -> E.Edit:
+    """An exception at the end of the path that is named, and a change of the end that is."""
+    ends = {piece.concept for piece in said.pieces} & {"start", "goal"}
+    if len(ends) != 1 or len(words_in(said.pieces)) > CURT or "ends" in words_in(said.pieces):
+        return edit
+    (end,) = ends
+    if isinstance(edit, E.Except) and edit.part.kind in ("first", "last"):
+        return replace(edit, part=replace(edit.part, kind="first" if end == "start" else "last"))
+    moved = [i for i, frame in enumerate(said.before) if isinstance(frame, F.MoveEnd) and frame.end == end]
+    return replace(edit, on=said.on(moved[0])) if isinstance(edit, E.Rescale) and len(moved) == 1 else edit
+
+
+CURT = 9
+"""Words of an utterance that is so short that an end which it names is what it is about."""
 
 
 def left_over(words: Sequence[str], edits: Sequence[E.Edit], chunks: Sequence[Chunk], said: Remark) -> tuple[str, ...]:
@@ -62,6 +134,7 @@ def left_over(words: Sequence[str], edits: Sequence[E.Edit], chunks: Sequence[Ch
     stale = [i for value in held for i in _where(chunks, value)]
     old = {word for i in stale for word in chunks[i].text.lower().split()}
     old |= {f"{value:g}" for value in held} | {"back"} | ({"1"} if "one" in words_in(said.pieces) else set())
+    old |= {"50"} if "other" in words_in(said.pieces) else set()  # "the other half"
     return tuple(word for word in words if word not in known and not {*word.lower().split()} & old)
 
 

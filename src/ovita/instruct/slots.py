@@ -5,16 +5,14 @@ A frame with several directions is several atoms; `frames_of` joins them again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, dataclass, field, fields, replace
 from typing import Any, TypeAlias
 
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import scale_of
-from ovita.instruct.frames import name_of
-from ovita.instruct.meaning import canonical_part
-from ovita.instruct.notation import COMMANDS, DIRECTIONS, EDITS, FRAMES, Where, main_slot, part_told, where_of
+from ovita.instruct.notation import COMMANDS, DIRECTIONS, EDITS, FRAMES, Where, main_slot, part_told
 from ovita.paths.part import WHOLE, PathPart, outside
 
 TRAINED = (
@@ -42,8 +40,12 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "quadrant": ("1", "2", "3", "4"),
     "improper": ("unrelated", "object", "contradiction", "nonsense", "cannot", "question"),
     "ask": ("which", "where", "how much", "what"),
+    **dict.fromkeys(("undo", "redo"), ("", "2", "3", "4")),
 }  # fmt: skip
 """What the choice of each action is among."""
+
+TURNS = ("turn 1", "turn 2", "turn 3", "turn 4")
+"""What is given up where a turn is told by its number."""
 
 RELATIONS = ("", "to", "toward", "away", "over", "under", "between")
 PARTS = (
@@ -64,7 +66,7 @@ HEADS: dict[str, tuple[str, ...]] = {
     "place": ("", "object", "start", "goal"),
     "toward": ("", *DIRECTIONS),
     "step": ("0", "1", "-1"),
-    "on": ("", *TRAINED),
+    "on": ("", *TRAINED, *DIRECTIONS, *TURNS),
 }
 """Every head of the network with its classes: `spot` is the place of the frame, `place` and `toward` are the part's."""
 
@@ -72,13 +74,6 @@ AMOUNTS = ("amount", "duration", "radius", "size", "turns", "rise", "spot", "par
 OBJECTS = ("objects1", "objects2", "objects3", "places1", "places2", "places3")
 POINTERS = (*AMOUNTS, *OBJECTS)
 """What each atom may point at: amounts, the objects of the frame, the objects of its part of the path."""
-
-_POINTER_OF = {
-    **dict.fromkeys(F.MAIN, "amount"),
-    **{slot: slot for slot in ("duration", "radius", "size", "turns", "rise")},
-    "waves": "turns",
-}
-"""The pointer of each slot that holds a quantity."""
 
 CHOOSING = ("change", "what", "end", "cut", "axis", "number")
 
@@ -106,125 +101,6 @@ class Atom:
     def label(self, head: str) -> str:
         """The class of a head."""
         return self.labels.get(head, HEADS[head][0])
-
-    def __or__(self, more: Atom) -> Atom:
-        return Atom(
-            self.labels | more.labels,
-            self.amounts | more.amounts,
-            self.objects + more.objects,
-            self.places + more.places,
-        )
-
-
-def atoms_of(items: Iterable[F.SemanticFrame | E.Edit]) -> tuple[Atom, ...]:
-    """Frames and edits as atoms.
-
-    Raises:
-        Unfit: If atoms cannot say one of them.
-    """
-    found: list[Atom] = []
-    for item in items:
-        frame = item.frame if isinstance(item, E.Also) else item
-        found += _frame_atoms(frame) if isinstance(frame, F.SemanticFrame) else [_edit_atom(frame)]
-    return tuple(found)
-
-
-def _frame_atoms(frame: F.SemanticFrame) -> list[Atom]:
-    said = {slot.name: value for slot in fields(frame) if (value := getattr(frame, slot.name)) is not None}
-    labels = {"action": name_of(frame)} | _labels(said)
-    amounts = {to: said[slot] for slot, to in _POINTER_OF.items() if isinstance(said.get(slot), F.Quantity)}
-    main = amounts.get("amount")
-    if main is not None:
-        labels["role"] = main.role
-        if isinstance(frame, F.Pace) and main.value < 0:
-            labels["choice"], amounts["amount"] = "brake", _positive(main)
-    for pointer in ("amount", "rise"):
-        if pointer in amounts and amounts[pointer].value < 0:
-            labels["step"], amounts[pointer] = "-1", _positive(amounts[pointer])
-    atom = Atom(labels, amounts, said.get("objects", ()))
-    atom |= _spot(next((said[slot] for slot in F.PLACES if slot in said), "")) | _part_atom(frame.part)
-    if len(atom.objects) > 3:
-        raise Unfit("more than three objects")
-    return [_directed(atom, direction, quantity) for direction, quantity in said.get("offset", ())] or [atom]
-
-
-def _labels(said: Mapping[str, Any]) -> dict[str, str]:
-    """What the slots of a frame choose."""
-    chosen = {
-        head: said[head] for head in ("degree", "sense", "relation", "direction") if said.get(head) in HEADS[head]
-    }
-    flags = {"step": "1"} if said.get("longer") else {"direction": "up"} if said.get("upright") else {}
-    return chosen | flags | {"choice": next((str(said[slot]) for slot in CHOOSING if slot in said), "")}
-
-
-def _spot(place: F.Place) -> Atom:
-    """What an atom says of the place of a frame."""
-    if isinstance(place, F.Quantity):
-        return Atom({"spot": "amount"}, {"spot": place})
-    if isinstance(place, tuple):
-        return Atom({"spot": "objects"}, objects=place)
-    if place in ("", *F.SPOTS):
-        return Atom({"spot": place})
-    return Atom({"spot": "object"}, objects=(place,))
-
-
-def _positive(quantity: F.Quantity) -> F.Quantity:
-    return replace(quantity, value=abs(quantity.value), said=quantity.said.lstrip("-"))
-
-
-def _directed(atom: Atom, direction: F.Direction, quantity: F.Quantity | None) -> Atom:
-    if quantity is None:
-        return replace(atom, labels=atom.labels | {"direction": direction})
-    way = F.OPPOSITES[direction] if quantity.value < 0 else direction
-    return replace(
-        atom, labels=atom.labels | {"direction": way}, amounts=atom.amounts | {"amount": _positive(quantity)}
-    )
-
-
-def _part_atom(part: PathPart) -> Atom:
-    """What an atom says of a part of the path."""
-    inside = part.parts[0] if part.kind == "outside" else part
-    where = where_of(canonical_part(inside))
-    if where.kind not in PARTS:
-        raise Unfit(f"a part that is {where.kind}")
-    labels = {"part": where.kind, "outside": "" if inside is part else "outside"}
-    if where.kind == "beyond":
-        labels["toward"] = where.direction
-    pointed = {"part": where.amount, "until": where.until}
-    amounts = {name: quantity for name, quantity in pointed.items() if quantity is not None}
-    if where.places in (("start",), ("goal",)):
-        return Atom(labels | {"place": where.places[0]}, amounts)
-    if len(where.places) > 3 or any(not isinstance(place, str) or place in F.SPOTS for place in where.places):
-        raise Unfit("places of a part")
-    return Atom(labels | {"place": "object" if where.places else ""}, amounts, places=where.places)
-
-
-def _edit_atom(edit: E.Edit) -> Atom:
-    labels = {"action": edit.NAME, "on": edit.on if edit.on in TRAINED else ""}
-    match edit:
-        case E.Rescale(change=change, factor=factor, degree=degree):
-            amounts = {} if factor is None else {"amount": F.Quantity(factor, "x", said=f"{factor:g}x")}
-            return Atom(labels | {"choice": change, "degree": degree or ""}, amounts)
-        case E.Set(slot=slot, quantity=quantity, step=step):
-            return Atom(labels | _slot_labels(slot) | {"step": str(step)}, {"amount": quantity})
-        case E.Replace(direction=direction, objects=objects, end=end):
-            choice = "direction" if direction else "end" if end else "objects"
-            return Atom(labels | {"choice": choice, "direction": direction or "", "spot": end}, objects=objects)
-        case E.Restrict(part=part) | E.Except(part=part):
-            where = _part_atom(part)
-            return replace(where, labels=labels | where.labels)
-        case E.Command(command=command, steps=steps):
-            return Atom(labels | {"action": command}, {"amount": F.Quantity(float(steps))} if steps > 1 else {})
-    return Atom(labels)
-
-
-def _slot_labels(slot: str) -> dict[str, str]:
-    """What heads say of the slot that an edit sets."""
-    if slot in DIRECTIONS:
-        return {"choice": "direction", "direction": slot}
-    if slot not in CHOICES["set"]:
-        raise Unfit(f"set {slot}")
-    return {"choice": slot}
 
 
 def items_of(atoms: Sequence[Atom], previous: Sequence[F.SemanticFrame] = ()) -> tuple[F.SemanticFrame | E.Edit, ...]:
@@ -311,10 +187,13 @@ def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
             slot = "waves" if pointer == "turns" and atom.label("action") in ("wave", "zigzag") else pointer
             found[slot] = replace(quantity, unit="", said="") if counted else quantity
     main, direction = _main_amount(atom, kind), atom.label("direction")
-    if atom.label("step") == "-1":
+    if atom.label("step") == "-1" and kind not in INVERTED:
         main, found = main and _turned(main), {slot: _turned(q) if slot == "rise" else q for slot, q in found.items()}
     if direction and "offset" in kind.__dataclass_fields__:
         return found | {"offset": ((direction, main),)}
+    if kind is F.MoveEnd and not atom.label("relation"):  # an end that goes no way goes to a height
+        level = main or (F.Quantity(0.0, "m") if atom.label("spot") == "object" else None)
+        return found | {"offset": (), "level": level and replace(level, role="to")}
     return found | {"offset": (), main_slot(kind): main}
 
 
@@ -333,6 +212,9 @@ _ROLES: dict[tuple[str, str], F.Role] = {
 _AT_NONE = (F.Clearance, F.Height)
 """Frames whose distance is none where none is said: not to touch a thing, or as high as it."""
 
+INVERTED = (F.Pace, F.Resample)
+"""Frames whose amount may be said as what the time or the number is divided by: "half the time", "thinned by two"."""
+
 _WITH_ROLE = (F.Clearance, F.Height, F.Pace, F.Visit, F.Approach)
 
 
@@ -347,6 +229,8 @@ def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
         return None
     said = (kind.NAME, choice)
     role: Any = _ROLES.get(said, atom.label("role") if kind in _WITH_ROLE else "by")
+    if kind in INVERTED and atom.label("step") == "-1" and quantity.value:
+        quantity = replace(quantity, value=round(1.0 / quantity.value, 2), unit="x", said="")
     implied = _IMPLIED.get(said, _IMPLIED.get((kind.NAME, ""), ""))
     unit = "m/s" if (quantity.unit, implied) == ("m", "m/s") else quantity.unit or implied
     return replace(
@@ -363,7 +247,8 @@ def _check(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> None:
     for slot in fields(kind):
         if slot.default is MISSING and not slots[slot.name] and slot.name not in CHOOSING:
             raise Unfit("which object is meant" if slot.name == "objects" else "how much is meant")
-    if kind is F.MoveEnd and not slots["offset"] and not (slots["relation"] and slots["place"]):
+    told = slots.get("level") or (slots.get("relation") and slots.get("place"))
+    if kind is F.MoveEnd and not slots["offset"] and not told:
         raise Unfit("which way or to which place should the end go")
     if slots.get("relation") == "between" and len(slots["objects"]) != 2:
         raise Unfit("between which two objects")
@@ -420,8 +305,7 @@ def _edit(atom: Atom, previous: Previous) -> E.Edit:
 
 
 def _command(atom: Atom, previous: Previous) -> dict[str, Any]:
-    steps = atom.amounts["amount"].value if "amount" in atom.amounts else 1
-    return {"command": atom.label("action"), "steps": max(int(steps), 1)}
+    return {"command": atom.label("action"), "steps": int(atom.label("choice") or 1)}
 
 
 def _rescaled(atom: Atom, previous: Previous) -> dict[str, Any]:
@@ -444,6 +328,8 @@ def _set(atom: Atom, previous: Previous) -> dict[str, Any]:
     if amount is None:
         raise Unfit("set to what")
     slot = atom.label("direction") or choice if choice == "direction" else choice
+    if slot == "size" and any(isinstance(frame, F.Figure) and frame.radius for frame in previous):  # "30 cm across"
+        slot, amount = "radius", replace(amount, value=amount.value / 2.0, said="")
     role: Any = slot if slot in HEADS["role"] else "by"
     if slot in ("turns", "waves"):
         amount = replace(amount, unit="", said="")
@@ -467,7 +353,7 @@ def _replaced(atom: Atom, previous: Previous) -> dict[str, Any]:
 
 def _where(atom: Atom, previous: Previous) -> dict[str, Any]:
     part = part_of(atom)
-    if not part:
+    if not part and atom.label("action") == "except":
         raise Unfit("which part")
     return {"part": part}
 

@@ -8,7 +8,6 @@ from functools import cache
 from typing import TYPE_CHECKING
 
 from ovita.instruct import frames as F
-from ovita.instruct.amended import amended
 from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.degrees import extent_of
@@ -97,7 +96,6 @@ def _understood(text: str, scene: Scene, positions: Array | None, before: Sequen
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
     """A reading with what the reader does not see, contrasts of pace apart, and bare lengths in a unit that suits."""
-    reading = amended(reading, said)
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
     made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
@@ -138,9 +136,7 @@ def overheard(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positi
     from ovita.instruct.looking_back import Hearing
     from ovita.instruct.remarks import remark
     from ovita.instruct.revised import given_up, left_over, revised
-    from ovita.instruct.which import other_one, settled, unasked
 
-    text = other_one(text, scene, before)
     text, _ = with_landmarks(text, scene, positions)
     said, _ = chunks(text, scene, positions)
     told, reader = remark(text, scene, before, positions), learned_reader()
@@ -148,7 +144,7 @@ def overheard(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positi
         return Hearing(told, F.Reading(), F.Reading())
     edits = in_units(reader.read(text, scene, positions, before), said, positions)
     made = given_up(revised(edits.edits, said, told), told)
-    edits = unasked(settled(replace(edits, edits=made), told), told)
+    edits = replace(edits, edits=made)
     strange = [c[1].text for c in clauses(said) if [chunk.kind for chunk in c[:2]] == ["and", "unknown"]]  # "and dance"
     edits = replace(edits, unread=left_over((*edits.unread, *strange), edits.edits, said, told))
     return Hearing(told, edits, reader.read(text, scene, positions))

@@ -1,4 +1,4 @@
-"""Which part of the path and which objects words mean that the network's places cannot say, or says by halves."""
+"""Which part of the path, which objects and which side words mean that the network cannot say, or says by halves."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ovita.instruct.frames import Approach, Clearance, SemanticFrame
+from ovita.instruct.frames import OPPOSITES, Approach, Clearance, Figure, Pace, Quantity, SemanticFrame, Side, Visit
 from ovita.instruct.sketch import DETERMINERS, Fragment, Sketch
 from ovita.paths.part import WHOLE, PathPart
 
@@ -29,22 +29,101 @@ OTHER_THAN = (("other", "than"), ("apart", "from"), ("aside", "from"), ("except"
 """Words and phrases between what means all things and the ones that are left out."""
 
 
-def placed(item: Any, pieces: Sequence[Fragment], seen: Sketch) -> Any:
-    """An item with its part and its objects as the words say them.
+PAUSES = frozenset(", ; . : and but then".split())
+"""Words and signs between which clauses stand."""
+
+LAID = frozenset("leave leaving keep keeping with have having remain remains stay stays".split())
+"""Words with which a thing lies on somebody's side."""
+
+DENIED = frozenset("not don't never without no off".split())
+"""Words before a side that is not to be passed on: "never in front of it", "stay off the right of it"."""
+
+NEAR = 6
+"""Words from "leave" on among which a side is where the thing is left."""
+
+
+def placed(items: Sequence[Any], seen: Sketch) -> tuple[Any, ...]:
+    """Frames with their part, their objects and their side as the words say them; edits stay.
 
     Args:
-        item: A frame, or an edit, which stays.
-        pieces: The clauses that it is said in.
+        items: What was read.
         seen: The sentence.
     """
-    if not isinstance(item, SemanticFrame):
-        return item
+    about = (seen.pieces if len(items) == 1 else _about(item, seen) for item in items)
+    return tuple(
+        _told(item, pieces, seen) if isinstance(item, SemanticFrame) else item
+        for item, pieces in zip(items, about, strict=True)
+    )
+
+
+def _about(item: Any, seen: Sketch) -> Sequence[Fragment]:
+    """The clauses that name what an item is about; of one that is about no thing, all of them."""
+    named = {*item.named} if isinstance(item, SemanticFrame) else set()
+    clauses: list[list[Fragment]] = [[]]
+    for piece in seen.pieces:
+        clauses += [[]] if piece.text.lower() in PAUSES else []
+        clauses[-1].append(piece)
+    held = [{name for p in clause if p.mention >= 0 for name in seen.mentions[p.mention].items} for clause in clauses]
+    own = (clause for clause, names in zip(clauses, held, strict=True) if not named.isdisjoint(names))
+    return [piece for clause in own for piece in clause] or seen.pieces
+
+
+def _told(item: SemanticFrame, pieces: Sequence[Fragment], seen: Sketch) -> SemanticFrame:
+    """A frame with what the clauses say that it is said in."""
+    words = [piece.text.lower() for piece in pieces]
+    if isinstance(item, Side) and item.direction in SIDES.values() and (beside := _lies_on(words) or _kept_off(words)):
+        item = replace(item, direction=OPPOSITES[beside], along=False)
+    item = _named(item, frozenset(words))
     if isinstance(item, Approach | Clearance) and (rest := _all_but(item.objects, seen)):
         spared = item.part.parts[0].places if item.part.kind == "outside" else ()
         item = replace(item, objects=rest, part=WHOLE if {*spared} & {*item.objects} else item.part)
-    words = [piece.text.lower() for piece in pieces]
     part = _placed(item.part, words, seen)
     return item if part is item.part else replace(item, part=part)
+
+
+def _named(item: SemanticFrame, words: frozenset[str]) -> SemanticFrame:
+    """A circle that is called one and no eight, a pass that skims, a speed to slow down to and not steadily."""
+    match item:
+        case Figure(shape="eight") if ROUND & words and not EIGHTS & words:
+            return replace(item, shape="circle")
+        case Visit(relation="over" | "under", by=None) if SKIMMING & words:
+            return replace(item, degree="slight")
+        case Pace(change="rampdown", amount=Quantity(value=speed)) if speed > 0.0 and not STEADILY & words:
+            return replace(item, change="slower")
+    return item
+
+
+ROUND = frozenset("circle circles ring loop".split())
+EIGHTS = frozenset("eight eights figure loops lemniscate infinity".split())
+SKIMMING = frozenset("skim skims skimming graze grazes grazing barely low".split())
+STEADILY = frozenset(
+    "gradually gradual steadily steady progressively slowly ramp taper ease linearly evenly towards end bit".split()
+)
+"""Words for figures that are taken for each other, for a close pass over a thing, for a speed that sinks all along."""
+
+
+def _lies_on(words: Sequence[str]) -> str:
+    """The side on which a thing is to lie, seen from the robot: "with the cup on your left", "leave it to port"."""
+    left = next((i for i, word in enumerate(words) if word in ("leave", "leaving")), len(words))
+    text, behind = " ".join(words), " ".join(words[left : left + NEAR])
+    for side, port in (("left", "port"), ("right", "starboard")):
+        own = any(f"on {whose} {side}" in text for whose in ("your", "my", "our")) and not LAID.isdisjoint(words)
+        lain = any(phrase in behind for phrase in (f"on the {side}", f"on its {side}", f"to {port}"))
+        if own or (lain and f"{side} of" not in text and f"{port} of" not in text):
+            return side
+    return ""
+
+
+def _kept_off(words: Sequence[str]) -> str:
+    """The side of a thing that is denied: "never go to the left of the vase"; "" where none is."""
+    words = [word for word in words if word != "side"]
+    for i, (word, behind) in enumerate(pairwise(words)):
+        clause = max((k + 1 for k in range(i) if words[k] in PAUSES), default=0)
+        end = next((k for k in range(i, len(words)) if words[k] in PAUSES), len(words))
+        denied = not DENIED.isdisjoint(words[max(i - 5, clause) : i]) or words[end - 1] == "never"
+        if word in SIDES and behind == "of" and denied:
+            return SIDES[word]
+    return ""
 
 
 def _placed(part: PathPart, words: Sequence[str], seen: Sketch) -> PathPart:

@@ -118,8 +118,8 @@ def farther(
     """Push the nearest part away from an object by metres, or times=2: double all distances.
 
     The push is `by` at the nearest part, between waypoints too, and fades to 0 where the distance is `reach` larger. A
-    level path stays level. Start, goal and stops move only if they are about the nearest. On a part, those beside it
-    follow, over 3 times the shift at its edge.
+    level path stays level, and none goes under the ground, z = 0: it is pushed aside only, then. Start, goal and stops
+    move only if they are about the nearest. On a part, those beside it follow, over 3 times the shift at its edge.
 
     Args:
         obj: Object or point (3,) [m]; distances are to its centre, or as for closer to the middle of its body.
@@ -144,17 +144,24 @@ def farther(
             about = distance <= distance[selected].min(initial=np.inf) + ABOUT_NEAREST * amount
             weights *= _between_stays(rows, weights, ~about)
         aim = distance + amount * weights
-    if level:
-        shift = _level_shift(away, aim, up, rows)
-    else:
-        outward = np.divide(away, distance[:, None], out=np.zeros_like(away), where=distance[:, None] > 1e-9)
-        outward = np.where(distance[:, None] > 1e-9, outward, perpendicular(headings(rows[:, :3])))
-        shift = outward * (aim - distance)[:, None]
-    shift[aim <= distance] = 0.0
-    moved = rows[:, :3] + _held(shift, hold, frame)
-    if times is None and not hold and selected.any():
-        least = nearest(rows[:, :3], selected, core) + amount
-        moved = pushed_out(moved, [replace(core, radius=least)], selected, up if level else None)
+
+    def pushed(level: bool) -> Array:
+        if level:
+            shift = _level_shift(away, aim, up, rows)
+        else:
+            outward = np.divide(away, distance[:, None], out=np.zeros_like(away), where=distance[:, None] > 1e-9)
+            outward = np.where(distance[:, None] > 1e-9, outward, perpendicular(headings(rows[:, :3])))
+            shift = outward * (aim - distance)[:, None]
+        shift[aim <= distance] = 0.0
+        moved = rows[:, :3] + _held(shift, hold, frame)
+        if times is None and not hold and selected.any():
+            least = nearest(rows[:, :3], selected, core) + amount
+            moved = pushed_out(moved, [replace(core, radius=least)], selected, up if level else None)
+        return moved
+
+    moved = pushed(level)
+    under = float((moved @ up).min()) < -ROUNDING <= float((rows[:, :3] @ up).min())
+    moved = pushed(True) if under and not level else moved
     return followed(rows, moved, selected, arguments.share(ease, "ease"))
 
 
