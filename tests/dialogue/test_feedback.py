@@ -300,7 +300,7 @@ def test_nearly_no_instructions_of_the_public_data_are_feedback():
             continue
         past = f"move left=0.2m; pace slower @near={(task.scene.names or ('cup',))[0].replace(' ', '_')}"
         taken += [file.name] * (read(task.instruction, past, task.scene) is not None)
-    assert len(taken) <= 4, taken  # of 114
+    assert len(taken) <= 7, taken  # of 114
 
 
 # Properties.

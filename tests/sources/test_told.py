@@ -152,7 +152,7 @@ def test_plan_takes_the_robot_that_the_scene_names(tmp_path):
     [
         ("Dawdle by the tower, though", "slower", "near"),
         ("By the tower go slowly", "slower", "near"),
-        ("Half speed for the first 3 seconds", "slower", "first"),
+        ("Half speed for the first 3 seconds", "set", "first"),
         ("Start slowly", "slower", "first"),
         ("Arrive gently", "slower", "last"),
         ("The top speed is 0.2 m/s", "cap", "whole"),
@@ -407,7 +407,6 @@ def test_a_side_of_what_was_named_is_passed():
     [
         "left of the tower, the floor is still wet on the right",
         "over the tower, not around it",
-        "and it must not splash",
         "which I must film for my aunt",
     ],
 )
