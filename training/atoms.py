@@ -123,7 +123,9 @@ def _edit_atom(edit: E.Edit) -> Atom:
             where = _part_atom(part)
             return replace(where, labels=labels | where.labels)
         case E.Command(command=command, steps=steps):
-            return Atom(labels | {"action": command, "choice": str(steps) if steps > 1 else ""})
+            if (many := str(steps) if steps > 1 else "") not in CHOICES["undo"]:
+                raise Unfit(f"{command} {steps}")
+            return Atom(labels | {"action": command, "choice": many})
     return Atom(labels)
 
 

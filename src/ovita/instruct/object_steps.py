@@ -435,7 +435,11 @@ def _walled_in(builder: PolicyBuilder, item: SceneObject, top: float) -> bool:
     """Whether what is right above an object is in another one or at its surface, such as the wall that it hangs on."""
     over = item.position + (top + builder.room(item)) * builder.axis("up")
     bodies = (other.cuboid for other in builder.scene if other is not item and other.dimensions is not None)
-    return any(float(body.signed(over[None])[0][0]) < 0.51 * float(item.size.min()) for body in bodies)
+    return any(float(body.signed(over[None])[0][0]) < FLAT * float(item.size.min()) for body in bodies)
+
+
+FLAT = 0.51
+"""The share of its least size within which what is above an object is at the surface of another one: about half."""
 
 
 def _above(builder: PolicyBuilder, item: SceneObject) -> float:

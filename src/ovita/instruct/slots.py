@@ -1,6 +1,7 @@
 """Frames and edits as atoms: one choice per head, and the amounts and objects that the network points at.
 
-A frame with several directions is several atoms; `frames_of` joins them again.
+A frame with several directions is several atoms; `items_of` joins them again. The way there, which only training needs,
+is `training/atoms.py`.
 """
 
 from __future__ import annotations

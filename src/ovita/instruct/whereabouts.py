@@ -1,4 +1,4 @@
-"""Which part of the path, which objects and which side words mean that the network cannot say, or says by halves."""
+"""What words mean that the network cannot say, or says by halves: a part of the path, objects, a side, some kinds."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _told(item: SemanticFrame, pieces: Sequence[Fragment], seen: Sketch) -> Sema
     words = [piece.text.lower() for piece in pieces]
     if isinstance(item, Side) and item.direction in SIDES.values() and (beside := _lies_on(words) or _kept_off(words)):
         item = replace(item, direction=OPPOSITES[beside], along=False)
-    item = _named(item, frozenset(words))
+    item = _called(item, frozenset(words))
     if isinstance(item, Approach | Clearance) and (rest := _all_but(item.objects, seen)):
         spared = item.part.parts[0].places if item.part.kind == "outside" else ()
         item = replace(item, objects=rest, part=WHOLE if {*spared} & {*item.objects} else item.part)
@@ -81,7 +81,7 @@ def _told(item: SemanticFrame, pieces: Sequence[Fragment], seen: Sketch) -> Sema
     return item if part is item.part else replace(item, part=part)
 
 
-def _named(item: SemanticFrame, words: frozenset[str]) -> SemanticFrame:
+def _called(item: SemanticFrame, words: frozenset[str]) -> SemanticFrame:
     """A circle that is called one and no eight, a pass that skims, a speed to slow down to and not steadily."""
     match item:
         case Figure(shape="eight") if ROUND & words and not EIGHTS & words:
@@ -95,11 +95,13 @@ def _named(item: SemanticFrame, words: frozenset[str]) -> SemanticFrame:
 
 ROUND = frozenset("circle circles ring loop".split())
 EIGHTS = frozenset("eight eights figure loops lemniscate infinity".split())
+"""Words for figures that are taken for each other."""
+
 SKIMMING = frozenset("skim skims skimming graze grazes grazing barely low".split())
 STEADILY = frozenset(
     "gradually gradual steadily steady progressively slowly ramp taper ease linearly evenly towards end bit".split()
 )
-"""Words for figures that are taken for each other, for a close pass over a thing, for a speed that sinks all along."""
+"""Words for a close pass over a thing, and for a speed that sinks all along."""
 
 
 def _lies_on(words: Sequence[str]) -> str:

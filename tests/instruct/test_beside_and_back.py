@@ -1,4 +1,4 @@
-"""What both readers miss, and what is done of it on the path."""
+"""Waits beside things, ways back, and distances: what is read of it, and what is done of it on the path."""
 
 import numpy as np
 import pytest
