@@ -129,12 +129,11 @@ def apply(
         values: What was realised for slots that the frames leave open, and what a person turned by hand.
     """
     known = tuple(frames)
-    edits, further_bounds = _bounds_apart(_told_apart(edits, known), known)
-    for edit in edits:
+    for edit in _told_apart(edits, known):
         known = _APPLIED[type(edit)](edit, known, dict(values or {}))
         if isinstance(edit, Restrict):  # what is confined to where the same is asked for already is that
             known = tuple(frame for i, frame in enumerate(known) if frame not in known[:i])
-    return (*known, *further_bounds)
+    return known
 
 
 def directions_of(frame: F.SemanticFrame) -> tuple[str, ...]:
@@ -378,26 +377,6 @@ def _set(edit: Set, frames: Frames, values: Values) -> Frames:
         q = replace(_in_place_of(old, edit), role=q.role if stated else old.role)
     frame = put(_with(frames[i], degree=None), name, replace(q, unit="") if q.unit == "turns" else q)
     return _put_at(frames, i, _as_pace(frame, q, edit.slot) if isinstance(frame, F.Pace) else frame)
-
-
-def _bounds_apart(edits: Sequence[Edit], frames: Frames) -> tuple[Sequence[Edit], Frames]:
-    """Edits, and frames for bounds on the other side than those that stand, where both bounds are said."""
-    if not {edit.slot for edit in edits if isinstance(edit, Set)} >= {"at_least", "at_most"}:
-        return edits, ()
-    twins = [_other_bound(edit, frames) if isinstance(edit, Set) else None for edit in edits]
-    rest = [edit for edit, twin in zip(edits, twins, strict=True) if twin is None]
-    return rest, tuple(filter(None, twins))
-
-
-def _other_bound(edit: Set, frames: Frames) -> F.SemanticFrame | None:
-    """A frame with the bound on the other side than the one that stands: "at least 0.1, and at most 0.4"."""
-    i = chosen(frames, edit.on, lambda f: _fit(edit, f))
-    name = "" if i is None else slot_for(frames[i], edit.slot, edit.quantity.unit)
-    old = frames[i].quantities.get(name) if i is not None else None
-    if i is None or old is None or {old.role, edit.slot} != {"at_least", "at_most"}:
-        return None
-    frame = put(frames[i], name, replace(edit.quantity, role=edit.slot))  # type: ignore[arg-type]
-    return _as_pace(frame, edit.quantity, edit.slot) if isinstance(frame, F.Pace) else frame
 
 
 def _in_place_of(old: F.Quantity, edit: Set) -> F.Quantity:

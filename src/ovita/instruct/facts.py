@@ -8,7 +8,6 @@ from functools import cached_property
 
 from ovita.instruct import frames as F
 from ovita.instruct.chunks import Chunk
-from ovita.text import quoted
 
 PAUSES = frozenset(("comma", "dot", "and", "because", "correct"))
 """Classes of chunks between which clauses stand."""
@@ -75,10 +74,6 @@ class Facts:
     def row(self) -> list[Chunk]:
         """The chunks without fillers."""
         return [chunk for chunk in self.said if chunk.kind not in ("filler", "approx")]
-
-    def word(self, kinds: Iterable[str]) -> str:
-        """The first word of some classes, quoted."""
-        return quoted([next((chunk.text for chunk in self.said if chunk.kind in kinds), "")])
 
 
 TURNING = frozenset("too never so less dec pass clear".split())

@@ -338,14 +338,14 @@ class _Words:
 
     def edit(self, words: Sequence[str]) -> E.Edit:
         name, *rest = words
-        on = next((word[3:] for word in rest if word.startswith("on=")), "")
+        on = self.called(next((word[3:] for word in rest if word.startswith("on=")), ""))
         rest = [word for word in rest if not word.startswith("on=")]
         kind: Any = EDITS.get(name)
         match name, rest:
             case "scale", _:
                 return _rescale(rest, on)
             case "drop" | "flip" | "again", _:
-                return EDITS[name](on=on or " ".join(rest))
+                return EDITS[name](on=on or self.called(" ".join(rest)))
             case "also", [_, *_]:
                 return E.Also(on=on, frame=self.frame(rest))
             case "set", [change]:
@@ -360,6 +360,15 @@ class _Words:
         if kind is not E.Command:
             raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
         return _command(name, rest)
+
+    def called(self, on: str) -> str:
+        """What an edit names, with the object's own name: a kind of frame, a direction, "box" or "pace_box"."""
+        said = on.replace("_", " ")
+        kind, _, rest = said.partition(" ")
+        plain = {name.replace("_", " "): name for name in self.objects}
+        if said in plain:
+            return plain[said]
+        return f"{kind} {plain[rest]}" if rest in plain else on
 
     def replaced(self, word: str, on: str) -> E.Replace:
         key, _, value = word.partition("=")
@@ -529,7 +538,7 @@ def _edit_shown(edit: E.Edit) -> str:
             return command if steps == 1 else f"{command} {steps}"
         case E.Drop(on=what):
             return f"drop {what}".rstrip()
-    on = f"on={edit.on}" if edit.on else ""
+    on = f"on={_joined([edit.on])}" if edit.on else ""
     return " ".join(filter(None, (edit.NAME, *_change_shown(edit), on)))
 
 

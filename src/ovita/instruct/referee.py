@@ -19,7 +19,7 @@ from ovita.instruct.together import excluded
 
 Outcome = Literal["do", "needs_confirmation", "ask", "decline"]
 
-DO, SHOW = 0.55, 0.05
+DO, SHOW = 0.5, 0.05
 """How sure the reader has to be of all frames for them to be done at once, and to be shown; `training/answers.py`
 measures what comes of it."""
 

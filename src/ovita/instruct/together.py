@@ -1,7 +1,7 @@
 """What the frames of one utterance say together, and what the words around them say besides.
 
-That is contrasts of pace, units that are said once, limits that exclude each other, and what of an object is meant:
-"end on the box" is on its top, "touch the box" at its surface. These words stand in `aiming/aims.txt`.
+That is units that are said once, limits that exclude each other, and what of an object is meant: "end on the box" is on
+its top, "touch the box" at its surface. These words stand in `aiming/aims.txt`.
 """
 
 from __future__ import annotations
@@ -15,38 +15,6 @@ from ovita.instruct import frames as F
 from ovita.instruct.chunks import UNIT_KIND, Chunk
 from ovita.instruct.lexicon import DETERMINERS, concepts, stems
 from ovita.instruct.numerals import bare_unit, unit_at
-from ovita.paths.part import PathPart, outside
-
-
-def contrasted(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """Faster as a whole beside slower in a part is faster in the rest: "quickly, but gently by the lamp"."""
-    made = at_the_ends(made)
-    paces = [frame for frame in made if isinstance(frame, F.Pace) and frame.change in ("faster", "slower")]
-    match sorted(paces, key=lambda pace: bool(pace.part)):
-        case [whole, local] if local.part and not whole.part and whole.change != local.change:
-            return [replace(frame, part=outside(local.part)) if frame is whole else frame for frame in made]
-        case [first, then] if _speeds_up_again(first, then):
-            return [replace(then, part=PathPart("after", first.part.places)) if f is then else f for f in made]
-    return made
-
-
-def _speeds_up_again(first: F.Pace, then: F.Pace) -> bool:
-    """Whether it is to be faster again after it was slower near something: "slower over it, then speed up again"."""
-    there = first.part.kind == "near" and then == replace(then, change="faster", part=first.part)
-    return there and first.change == "slower" and not then.amount
-
-
-def at_the_ends(made: Sequence[F.SemanticFrame]) -> list[F.SemanticFrame]:
-    """A speed that is to rise and to fall rises at the start and falls at the goal: "soft start, soft stop"."""
-    if not all(ramp in made for ramp in RAMPS):
-        return [*made]
-    return [RAMPS_APART[RAMPS.index(frame)] if frame in RAMPS else frame for frame in made]
-
-
-RAMPS = (F.Pace(change="rampup"), F.Pace(change="rampdown"))
-RAMPS_APART = (replace(RAMPS[0], part=PathPart("first")), replace(RAMPS[1], part=PathPart("last")))
-"""Where the speed rises and falls if both are asked for of no part."""
-
 
 MEASURED = (F.Shift, F.MoveEnd, F.Approach, F.Clearance, F.Height, F.Extend, F.Hover, F.Hop, F.Bound, F.Visit, F.Figure)
 """Frames whose bare numbers are lengths, but for those of `UNMEASURED` slots."""

@@ -17,7 +17,7 @@ from ovita.instruct.landmarks import with_landmarks
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
 from ovita.instruct.referee import Outcome, Understanding, judged, reads
-from ovita.instruct.together import contrasted, with_units
+from ovita.instruct.together import with_units
 from ovita.paths.scene import Scene
 from ovita.paths.trajectory import Array, Trajectory
 from ovita.text import quoted
@@ -95,9 +95,9 @@ def _understood(text: str, scene: Scene, positions: Array | None, before: Sequen
 
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
-    """A reading with what the reader does not see, contrasts of pace apart, and bare lengths in a unit that suits."""
+    """A reading whose bare lengths and speeds are in a unit that suits."""
     also = [edit.frame for edit in reading.edits if isinstance(edit, Also)]
-    made = iter(with_units((*contrasted(reading.frames), *also), said, extent_of(positions)))
+    made = iter(with_units((*reading.frames, *also), said, extent_of(positions)))
     frames = tuple(next(made) for _ in reading.frames)
     edits = tuple(replace(edit, frame=next(made)) if isinstance(edit, Also) else edit for edit in reading.edits)
     return (

@@ -76,7 +76,7 @@ def closer(
     core, pull = arguments.core_of(obj, rows[:, :3]), arguments.number(by, "by", low=0.0)
     space, selected = arguments.number(gap, "gap", low=0.0), arguments.mask(where, len(rows))
     away, distance = _polar(rows, core)
-    weights = _nearness(distance, selected, reach)
+    weights = _nearness(distance, selected, reach, shortest=radius_of(obj))
     beside = (distance > distance[selected].min(initial=np.inf) + ABOUT_NEAREST * pull) & (where is None)
     up = frame.direction("up")
     across = np.abs(away @ up)
@@ -139,7 +139,7 @@ def farther(
         aim = distance * arguments.number(times, "times", low=1.0)
     else:
         amount = arguments.number(by, "by", low=0.0)
-        weights = _nearness(distance, selected, reach, GENTLEST * amount, STEEPEST * amount)
+        weights = _nearness(distance, selected, reach, GENTLEST * amount, max(STEEPEST * amount, radius_of(obj)))
         if where is None:
             about = distance <= distance[selected].min(initial=np.inf) + ABOUT_NEAREST * amount
             weights *= _between_stays(rows, weights, ~about)
