@@ -300,6 +300,7 @@ def test_no_string_of_marks_breaks_the_reader(pieces):
         "shift by 5 cm",
         "who won the game",
         "left unless the cup is in the way",
+        "from 0.1 to 0.5 m/s",
         "pick up the cup",
         "turn left",
         "stay as far from the cup as from the lamp",

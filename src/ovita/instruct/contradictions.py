@@ -7,6 +7,7 @@ what is lost; what any of them speaks against is shown first.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from ovita.instruct import frames as F
@@ -236,12 +237,18 @@ def _conditional(it: Facts) -> str:
 ASKING = frozenset("see check know tell look notice".split())
 """Verbs before an "if" that is no condition: "so that I can see if it is shut"."""
 
-
 SOMEBODY = frozenset("nobody somebody someone anybody anyone no there the a an it".split())
 """What follows an "if" that is no mere politeness."""
 
+
+def _twice(it: Facts) -> str:
+    """The same read twice, which nobody says: "from 0.1 to 0.5 m/s"."""
+    plain = [replace(frame, words=()) for frame in it.frames]
+    return "The same is read twice." if any(frame in plain[:i] for i, frame in enumerate(plain)) else ""
+
+
 CHECKS: tuple[Check, ...] = (
-    _sign_left, _part_left, _compared, _denied, _thing_turned, _other_deed, _conditional, _without_unit,
+    _sign_left, _part_left, _compared, _denied, _thing_turned, _other_deed, _conditional, _without_unit, _twice,
 )  # fmt: skip
 MINDED: tuple[Check, ...] = (_number_left, _object_left)
 """Checks of what the network has not seen, and of what it has: where it is certain, it was right in 88 of 94 sentences

@@ -69,7 +69,7 @@ def closer(
         obj: Object or point (3,) [m], whose centre counts; of a wide object, and of an upright one beside a level
             path, the middle of its body. Without dimensions it is a cube of 5 cm, or less where the path is so near.
         by: [m], >= 0.
-        reach: [m], > 0; by default half of the spread of the waypoints' distances.
+        reach: [m], > 0; by default half of the spread of the waypoints' distances, at least the object's radius.
         gap: Least distance to the object's surface [m], >= 0; to touch it, use go_through, move_goal or continue_to.
     """
     rows = arguments.waypoints(traj)
