@@ -57,3 +57,13 @@ def test_equal_meanings_compare_equal():
 def test_what_is_not_of_the_notation_is_refused_with_its_word(text, said):
     with pytest.raises(InputError, match=said):
         parse(text, ("cup",))
+
+
+@pytest.mark.parametrize(
+    ("said", "on"),
+    [("drop fire_door", "fire door"), ("set for=3s on=pace_fire_door", "pace fire door"), ("drop turn 1", "turn 1")],
+)
+def test_an_edit_names_an_object_as_the_scene_does(said, on):
+    (edit,) = parse_edits(said, ("fire door", "cup"))
+    assert edit.on == on
+    assert parse_edits(show((edit,)), ("fire door", "cup")) == (edit,)

@@ -286,3 +286,9 @@ def test_what_is_refused_is_read_otherwise_and_never_as_what_is_denied():
         assert found.outcome == "needs_confirmation" and found.reading.frames not in refused
         assert not any(isinstance(frame, F.Wait | F.StopAt | F.Hover) for frame in found.reading.frames)
         refused.append(found.reading.frames)
+
+
+def test_what_is_to_be_seen_is_no_condition():
+    frames = notation.parse("pace slower", ())
+    told = ["slower, so I can see if it is shut", "slower if it is shut"]
+    assert [bool(contradictions(chunks(text, SCENE)[0], frames)) for text in told] == [False, True]

@@ -5,6 +5,7 @@ import pytest
 
 from ovita.paths.scene import Scene, SceneObject
 from ovita.toolkit import (
+    closer,
     expect_closer,
     expect_distance,
     expect_farther,
@@ -68,3 +69,13 @@ def test_the_change_counts_in_the_sense_of_the_promise(expectation, adapted, cha
 )
 def test_some_promises_have_no_amount(expectation):
     assert judge(expectation, PATH, FRONT, SCENE).change is None
+
+
+def test_closer_to_a_wide_thing_is_so_all_along_it():
+    """A path around a shed, of which only the nearest corner had come closer."""
+    angle = np.linspace(np.pi, 0.0, 81)
+    path = np.column_stack([7.0 * np.cos(angle), 6.0 * np.sin(angle), np.full(81, 2.0), np.ones(81)])
+    shed = SceneObject("shed", [0.0, 0.0, 1.75], [6.0, 5.0, 3.5])
+    nearer = np.hypot(*path[:, :2].T) - np.hypot(*closer(path, shed, 1.0)[:, :2].T)
+    assert nearer[[0, -1]] == pytest.approx(0.0) and nearer.max() == pytest.approx(1.0, abs=0.02)
+    assert (nearer[20:61] > 0.7).all()

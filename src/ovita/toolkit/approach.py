@@ -126,7 +126,7 @@ def farther(
         by: [m], >= 0.
         times: Factor >= 1 on the distance of every selected waypoint; exactly one of by and times is given.
         reach: [m], > 0; by default 3 times `by`, or as far as the nearest quarter of the path, but no less than 1.125
-            `by`, so that no waypoint ends up nearer than `by` beyond the nearest.
+            `by`, so that no waypoint ends up nearer than `by` beyond the nearest, nor than the object's radius.
     """
     rows = arguments.waypoints(traj)
     core, selected = arguments.core_of(obj, rows[:, :3]), arguments.mask(where, len(rows))
