@@ -89,7 +89,6 @@ MAY_MATCH_TEXT = {
     # What people wrote: instructions, feedback, limits in words, and names of objects.
     "augment/wording.py",
     "bench/generate.py",
-    "instruct/chunks.py",
     "dialogue/pointing.py",
     "instruct/landmarks.py",
     "dialogue/parameters.py",

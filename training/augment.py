@@ -17,7 +17,7 @@ from atoms import atoms_of
 from ovita.instruct import remarks, slots
 from ovita.instruct.encoder import QUERIES, concepts_of
 from ovita.instruct.frames import Quantity, SemanticFrame
-from ovita.instruct.lexicon import concept_at, concepts
+from ovita.instruct.lexicon import ALIKE, concept_at, concepts
 from ovita.instruct.notation import parse
 from ovita.instruct.numerals import written_out
 from ovita.instruct.sketch import LETTERS, UNCLEAR, UNITS, Fragment, Referent, Sketch, sketch
@@ -516,7 +516,8 @@ def _names_it(sample: Sample) -> bool:
         "most",
     }
     words = {piece.text for piece in sample.sketch.pieces}
-    told = {kind for concept in concepts_of(sample.sketch.pieces) for kind in remarks.NOUNS.get(concept, ())}
+    classes = (ALIKE.get(concept, concept) for concept in concepts_of(sample.sketch.pieces))
+    told = {kind for name_of_class in classes for kind in remarks.NOUNS.get(name_of_class, ())}
     return name in told or any(word in before for word in words if word in LETTERS or word.isalpha())
 
 

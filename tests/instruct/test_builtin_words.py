@@ -6,10 +6,10 @@ import time
 import numpy as np
 import pytest
 
-from ovita.instruct.chunks import cut
 from ovita.instruct.lexicon import concept_at, concepts, filler, phrases, stems
 from ovita.instruct.numerals import amount_at
 from ovita.instruct.objects import Catalog
+from ovita.instruct.sketch import cut
 from ovita.instruct.spelling import close, distance, respelt
 from ovita.instruct.understanding import read
 from ovita.paths.scene import Scene, SceneObject
@@ -109,7 +109,7 @@ AMOUNTS = [
 
 @pytest.mark.parametrize(("text", "value", "unit"), AMOUNTS, ids=[a[0] for a in AMOUNTS])
 def test_amounts(text, value, unit):
-    words = cut(text.lower())
+    words = [word for word, _ in cut(text.lower())]
     amount = next(found for i in range(len(words)) if (found := amount_at(words, i)))
     assert amount.unit == unit and amount.value == pytest.approx(value, rel=1e-4)
 
@@ -149,7 +149,7 @@ OBJECTS = [
 
 @pytest.mark.parametrize(("text", "names"), OBJECTS, ids=[o[0] for o in OBJECTS])
 def test_objects(text, names):
-    words, catalog = cut(text), Catalog(SCENE, TRAJECTORY.positions)
+    words, catalog = [word for word, _ in cut(text)], Catalog(SCENE, TRAJECTORY.positions)
     mention = next((found for i in range(len(words)) if (found := catalog.mention_at(words, i, ()))), None)
     assert mention is not None and mention.unclear == (names == "choice")
     assert mention.unclear or [item.name for item in mention.items] == names

@@ -22,7 +22,7 @@ SCENE = Scene((SceneObject("cup", [0.5, 0.3, 0.0]), SceneObject("box", [1.0, 0.0
 
 
 def said(text):
-    return chunks(text, SCENE)[0]
+    return chunks(text, SCENE)
 
 
 def reading(frames, *, confidence=1.0, **more):
@@ -291,4 +291,4 @@ def test_what_is_refused_is_read_otherwise_and_never_as_what_is_denied():
 def test_what_is_to_be_seen_is_no_condition():
     frames = notation.parse("pace slower", ())
     told = ["slower, so I can see if it is shut", "slower if it is shut"]
-    assert [bool(contradictions(chunks(text, SCENE)[0], frames)) for text in told] == [False, True]
+    assert [bool(contradictions(chunks(text, SCENE), frames)) for text in told] == [False, True]

@@ -40,7 +40,7 @@ def command(utterance: str, scene_file: str | None, before: str, as_json: bool) 
     task = shipped_task() if scene_file is None else load_bare(scene_file) or open_task(scene_file)
     earlier = notation.parse(before, task.scene.names)
     verdict = understand(utterance, task.scene, task.trajectory, earlier)
-    said, _ = chunks(utterance, task.scene, task.trajectory.positions)
+    said = chunks(utterance, task.scene, task.trajectory.positions)
     words = [{"text": c.text, "class": c.kind, "span": list(c.span), "names": list(c.names)} for c in said]
     if as_json:
         shown = {"utterance": utterance, "words": words, **document(verdict)}

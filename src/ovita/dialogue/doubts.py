@@ -60,7 +60,7 @@ def doubted(feedback: Feedback, before: Sequence[Adaptation], result: Adaptation
 def _odd_number(feedback: Feedback, edit: Set, before: Sequence[Adaptation], result: Adaptation) -> str:
     """Why a number that sets an amount may mean something else: "the cup is 4 cm tall"."""
     asked = edit.quantity.value
-    said, _ = chunks(feedback.said, result.scene, result.original.positions)
+    said = chunks(feedback.said, result.scene, result.original.positions)
     after_never = [b.q.value for a, b in pairwise(said) if a.kind == "never" and b.q is not None]
     about = {name for frame in (*feedback.frames, *result.frames) for name in frame.named}
     things = [chunk for chunk in said if chunk.kind == "OBJ"]

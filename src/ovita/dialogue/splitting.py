@@ -28,7 +28,7 @@ def split_in_turns(said: str, state: DialogueState) -> tuple[str, str]:
 
 def _halves(said: str, state: DialogueState) -> Iterator[tuple[str, str]]:
     """An utterance cut at each of its pauses, but between numbers."""
-    found, _ = chunks(said, state.now.scene, state.current.positions)
+    found = chunks(said, state.now.scene, state.current.positions)
     for before, pause, after in zip(found, found[1:], found[2:], strict=False):
         pauses = pause.kind in PAUSES and before.kind not in PAUSES and pause.text != ":"
         if pauses and not (before.q and after.q):

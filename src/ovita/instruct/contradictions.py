@@ -6,7 +6,7 @@ what is lost; what any of them speaks against is shown first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -16,7 +16,7 @@ from ovita.instruct.editing import OPPOSITE
 from ovita.instruct.facts import BOUNDS, OPPOSED, Facts, among, clauses, senses
 from ovita.instruct.frames import held_by
 from ovita.instruct.lexicon import DETERMINERS
-from ovita.instruct.numerals import CENTI, FAR, FRACTIONS
+from ovita.instruct.numerals import CENTI, FAR
 from ovita.instruct.together import MEASURED, UNMEASURED, unit_of
 from ovita.instruct.whereabouts import EXCEPT, OTHER_THAN
 
@@ -53,13 +53,12 @@ def _number_left(it: Facts) -> str:
     shapes = {getattr(frame, "shape", "") for frame in it.frames}
     names = {"one", *shapes, "8" if "eight" in shapes else ""}
     held = set[float]().union(*map(held_by, it.frames))
-    units = {"Qn": (1.0, CENTI, *(f for kind in ("Qm", "Qs") for c in it.said if (f := unit_of(c, kind))))}
+    bare = (1.0, CENTI, *(f for kind in ("Qm", "Qs") for c in it.said if (f := unit_of(c, kind))))
     ends = _range_ends(it.said, held)
-    for k, chunk in enumerate(it.said):
+    for chunk in it.said:
         if chunk.q is None or chunk.text.lower() in names or chunk in ends:
             continue
-        amounts = _amounts(chunk.q.value, it.said[k + 1 : k + 5])
-        if not any(among(held, value * unit) for value in amounts for unit in units.get(chunk.kind, (1.0,))):
+        if not any(among(held, chunk.q.value * unit) for unit in (bare if chunk.kind == "Qn" else (1.0,))):
             return f"{chunk.text!r} has no place in it."
     return ""
 
@@ -74,13 +73,6 @@ def _sign_left(it: Facts) -> str:
 
 UNSIGNED = (F.Resize, F.Rotate, F.Tilt, F.Wait, F.Clearance, F.Approach, F.Height)
 """Frames that hold no sign that a reader passed over."""
-
-
-def _amounts(value: float, behind: Sequence[Chunk]) -> tuple[float, ...]:
-    """What a number may come to with the words behind it: "three-quarter", "seven tenths"."""
-    words = " ".join(chunk.text.lower() for chunk in behind).replace("-", " ").split()
-    share = FRACTIONS.get(words[0], FRACTIONS.get(words[0].removesuffix("s"), 1.0)) if words else 1.0
-    return value, value * share
 
 
 def _range_ends(said: Sequence[Chunk], held: Iterable[float]) -> list[Chunk]:
@@ -103,11 +95,15 @@ def _object_left(it: Facts) -> str:
     reason = next((i for i, chunk in enumerate(it.row) if chunk.kind == "because"), len(it.row))
     for i, chunk in enumerate(it.row):
         meant = i < reason or any(name.lower() in chunk.text.lower() for name in chunk.names)
-        before = " ".join(one.text.lower() for one in it.row[max(i - 2, 0) : i])
-        spared = before.endswith(SPARED) and any(map(_of_several, it.frames))
-        if chunk.kind == "OBJ" and meant and not spared and not named.intersection(chunk.names):
+        if chunk.kind == "OBJ" and meant and not named.intersection(chunk.names) and not _is_spared(it, i):
             return f"{chunk.text!r} has no part in it."
     return ""
+
+
+def _is_spared(it: Facts, i: int) -> bool:
+    """Whether an object is the one that is left out of what is about several: "all but the lamp"."""
+    before = " ".join(one.text.lower() for one in it.row[max(i - 2, 0) : i])
+    return before.endswith(SPARED) and any(map(_of_several, it.frames))
 
 
 def _of_several(frame: F.SemanticFrame) -> bool:
@@ -136,16 +132,20 @@ def _compared(it: Facts) -> str:
     if it.kinds & NOT:
         return ""
     bounds = [(one.role, one.value) for frame in it.frames for one in frame.quantities.values()]
-    row = [chunk for chunk in it.row if chunk.kind != "than"]
-    denied = False
-    for word, amount in pairwise(row):
-        denied = word.kind == "never" or (denied and word.kind not in ("comma", "dot", "and"))
-        excluded = EXCLUDED.get(word.kind, "")
-        excluded = OPPOSITE[excluded] if denied and excluded else excluded
+    for word, amount, excluded in _comparisons(it):
         wrong = [value for role, value in bounds if role == excluded]
         if amount.q is not None and among(wrong, amount.q.value):
             return f"{word.text!r} {amount.q.said or amount.text} is a bound on the other side."
     return ""
+
+
+def _comparisons(it: Facts) -> Iterator[tuple[Chunk, Chunk, str]]:
+    """Each word with the one behind it, and the bound that is not meant by it, or ""; a denial turns that round."""
+    denied = False
+    for word, behind in pairwise(chunk for chunk in it.row if chunk.kind != "than"):
+        denied = word.kind == "never" or (denied and word.kind not in ("comma", "dot", "and"))
+        excluded = EXCLUDED.get(word.kind, "")
+        yield word, behind, OPPOSITE[excluded] if denied and excluded else excluded
 
 
 def _without_unit(it: Facts) -> str:

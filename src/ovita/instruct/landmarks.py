@@ -133,7 +133,7 @@ def by_feature(text: str, scene: Scene, positions: Array | None) -> tuple[str, s
     put(_BACK, lambda _: path.home(back=True))
     put(_OUT, lambda _: path.home(back=False))
     if _EXTREME.search(text):
-        halts = any(chunk.kind in HALTING for chunk in chunks(text, scene, positions)[0])
+        halts = any(chunk.kind in HALTING for chunk in chunks(text, scene, positions))
         put(_EXTREME, lambda found: path.extreme(found["which"].lower(), found["link"].lower(), halts))
     put(_BETWEEN, lambda _: path.between_stops())
     put(_STOP, lambda found: path.stop((found["nth"] or "only").lower(), found["link"].lower()))

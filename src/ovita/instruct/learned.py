@@ -251,7 +251,7 @@ class LearnedReader:
         left = unused(seen, choice)
         features = _features(heard.output, choice, left, bool(outcome), misread)
         if items:
-            outcome |= {"unread": left, "besides": BESIDES[choice.besides]}
+            outcome |= {"unread": left, "besides": BESIDES[choice.besides], "notes": seen.notes}
         items = _aimed(items, seen)
         if before is None:
             return Reading(_as_said(items, choice.used, seen), **outcome), features
@@ -347,15 +347,17 @@ def refusal(choice: Choice, seen: Sketch) -> dict[str, Any]:
         return {"question": QUESTIONS["which"] + "?"}
     if first in ("improper", "none"):
         return {"improper": IMPROPER.get(why, IMPROPER["nonsense"]), "asks": why == "question"}
-    pointed = range(len(seen.mentions)) if first == "ask" and why == "which" else sorted(choice.used)
+    pointed = range(len(seen.mentions)) if (first, why) == ("ask", "which") else sorted(choice.used)
     unclear = [seen.mentions[i] for i in pointed if seen.mentions[i].unclear]
     if unclear and unclear[0].items:
-        names = unclear[0].items
-        listed = words_of.listed([words_of.the(name) for name in names], "or")
-        return {"question": f"which is meant, {listed}?", "asked": names}
-    if first == "ask" or unclear:
-        return {"question": QUESTIONS.get(why, QUESTIONS["what"]) + "?"}
-    return {}
+        return _which_of(unclear[0].items)
+    return {"question": QUESTIONS.get(why, QUESTIONS["what"]) + "?"} if first == "ask" or unclear else {}
+
+
+def _which_of(names: tuple[str, ...]) -> dict[str, Any]:
+    """The question which of several objects is meant."""
+    listed = words_of.listed([words_of.the(name) for name in names], "or")
+    return {"question": f"which is meant, {listed}?", "asked": names}
 
 
 def choose(output: Output, seen: Sketch, before: Sequence[SemanticFrame] | None) -> Choice:
@@ -384,27 +386,38 @@ def _of_what_stood(before: Sequence[SemanticFrame], seen: Sketch) -> Allowed:
     """What words and frames before leave: what edits may be about, slots to set, a part where a thing is named."""
     ways = (way for frame in before for way in directions_of(frame) if way in DIRECTIONS)
     names = ("", *dict.fromkeys((*map(name_of, before), *ways)))
-    held = {slot for frame in before for slot in slots_of(frame)} | {"direction"}
-    settable = [slot for slot in CHOICES["set"] if slot in held or slot in HEADS["role"] or slot == "of"]
     whole, *parts = HEADS["part"]
-    told = {*concepts_of(seen.pieces)}
-    every = any(a.text.lower() == "every" and b.mention < 0 for a, b in pairwise(seen.pieces))
-    larger = not told.isdisjoint(("more", "stretch")) and told.isdisjoint(("fewer", "shrink"))
     named = any(mention.is_object and mention.words for mention in seen.mentions)
     return {
         **{(action, "on"): names for action, heads in OF_ACTION.items() if "on" in heads},
         **{(action, "part"): parts if named else (whole, *parts) for action in ("restrict", "except")},
-        ("set", "choice"): settable,
-        **({("resize", "choice"): ("larger",)} if larger else {}),  # "bigger, ten percent" is no tenth
-        **({(action, "part"): [p for p in HEADS["part"] if p != "every"] for action in WITH_PARTS} if every else {}),
+        ("set", "choice"): _settable(before),
         ("drop", "on"): (*names, *TURNS[: len(before)]),
+        **_of_small_words(seen),
     }
+
+
+def _settable(before: Sequence[SemanticFrame]) -> list[str]:
+    """The slots of frames, and roles of amounts, that feedback may set."""
+    held = {slot for frame in before for slot in slots_of(frame)} | {"direction"}
+    return [slot for slot in CHOICES["set"] if slot in held or slot in HEADS["role"] or slot == "of"]
+
+
+def _of_small_words(seen: Sketch) -> Allowed:
+    """What two words leave: "bigger, ten percent" is no tenth, "every waypoint from 12 to 18" no twelfth one."""
+    told = {*concepts_of(seen.pieces)}
+    every = any(a.text.lower() == "every" and b.mention < 0 for a, b in pairwise(seen.pieces))
+    larger = not told.isdisjoint(("more", "stretch")) and told.isdisjoint(("fewer", "shrink"))
+    found: dict[tuple[str, str], Sequence[str]] = {("resize", "choice"): ("larger",)} if larger else {}
+    if every:
+        found |= {(action, "part"): [part for part in HEADS["part"] if part != "every"] for action in WITH_PARTS}
+    return found
 
 
 WITH_PARTS = tuple(
     action for action, heads in OF_ACTION.items() if "part" in heads and action not in ("restrict", "except")
 )
-"""What may be about a part of the path; "every waypoint from 12 to 18" is no twelfth one."""
+"""What may be about a part of the path."""
 
 NOTICED = 0.1
 """How likely a wish beside the others that no atom can say has to be to be told of."""
@@ -561,10 +574,15 @@ def _unpointed(seen: Sketch, choice: Choice) -> list[Referent]:
     """What the sentence mentions and nothing points at, nor at another mention of it; not a figure's eight."""
     eight = any(atom.label("action") == "eight" for atom in choice.atoms)
     pointed = {name for i in choice.used for name in seen.mentions[i].items}
-    parts = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() in PARTED}  # "the second half"
-    open_ = sorted({f.mention for f in seen.pieces if f.mention >= 0} - choice.used)
-    mentions = [seen.mentions[i] for i in open_ if i in parts or not seen.mentions[i].weak]
+    mentions = [seen.mentions[i] for i in sorted(_speaking(seen) - choice.used)]
     return [m for m in mentions if pointed.isdisjoint(m.items) and not (eight and m.value == 8.0)]
+
+
+def _speaking(seen: Sketch) -> set[int]:
+    """The mentions of a sentence but for those that may well mean nothing and are no part: "the second half"."""
+    parts = {b.mention for a, b in pairwise(seen.pieces) if a.text.lower() in PARTED}
+    said = {f.mention for f in seen.pieces if f.mention >= 0}
+    return {i for i in said if i in parts or not seen.mentions[i].weak}
 
 
 def _concepts(seen: Sketch) -> list[tuple[str, str]]:

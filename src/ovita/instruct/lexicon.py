@@ -131,6 +131,17 @@ def term_at(words: Sequence[str], i: int) -> tuple[str, int]:
     return _longest(_tree(terms), words, i, 0, 0)[:2]
 
 
+@cache
+def _cues() -> dict[tuple[str, ...], str]:
+    """Every phrase of feedback to its concept."""
+    return {tuple(p.split()): concept for concept, listed in concepts(FEEDBACK).items() for p in listed}
+
+
+def cue_at(words: Sequence[str], i: int) -> str:
+    """The concept of the longest phrase of feedback that begins at word i, or ""."""
+    return _longest(_tree(_cues), words, i, 0, 0)[0]
+
+
 def concept_at(words: Sequence[str], i: int) -> tuple[str, int]:
     """The concept of the longest phrase that begins at word i, and its number of words; ("", 0) for none."""
     return _longest(_tree(phrases), words, i, 0, 0)[:2]

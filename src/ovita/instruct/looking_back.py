@@ -13,6 +13,7 @@ from types import UnionType
 from ovita.instruct import edits as E
 from ovita.instruct import frames as F
 from ovita.instruct.editing import apply
+from ovita.instruct.facts import UNKNOWN
 from ovita.instruct.frames import frame_objects, name_of
 from ovita.instruct.lexicon import DETERMINERS
 from ovita.instruct.referee import DO
@@ -62,12 +63,12 @@ class Hearing:
 
     def _compares(self, words: Sequence[str]) -> bool:
         """Whether words are little more than a comparative: "a bit slower"."""
-        first = next((piece for piece in self.said.pieces if piece.text not in LEADING), None)
-        short = len(words) <= SHORT and first is not None and first.content
+        first = next((piece for piece in self.said.pieces if piece.text.lower() not in LEADING), None)
+        short = len(words) <= SHORT and first is not None and first.kind not in UNKNOWN
         return short and any(word.endswith("er") or word in ("more", "less") for word in words)
 
 
-LEADING = DETERMINERS | {"haha", "hehe", "lol"}
+LEADING = DETERMINERS | {"haha", "hehe", "lol", "even", "still"}
 """Words before a comparative that say nothing of what it is about."""
 
 EXPLAINING = E.Command(command="explain")
@@ -93,14 +94,22 @@ def weighed(heard: Hearing) -> F.Reading | None:
         return None
     likely = _feedback(heard)
     meant = bool(edits) and likely >= EVEN and not _is_odd(heard)
+    if (asked := _asked_back(heard, meant=meant)) is not None:
+        return asked
+    if not meant:
+        return None
+    return replace(heard.edits, confidence=min(likely, UNSURE) if _is_risky(edits, said) else likely)
+
+
+def _asked_back(heard: Hearing, *, meant: bool) -> F.Reading | None:
+    """The question where it is open which change is meant, or from where on it should be so; else None."""
+    said, edits = heard.said, heard.edits.edits
     if len(said.before) > 1 and not edits and heard.edits.question and said.cued("more", "less"):
         kinds = tuple(name_of(frame) for frame in said.before)
         return F.Reading(question="Which do you mean: " + " or ".join(kinds) + "?", asked=kinds)
     if _earlier(edits if meant and heard.edits.confidence >= DO else (), said):
         return F.Reading(question="From where on should it be so: from how far before, or from which waypoint?")
-    if not meant:
-        return None
-    return replace(heard.edits, confidence=min(likely, UNSURE) if _is_risky(edits, said) else likely)
+    return None
 
 
 def grounds(heard: Hearing) -> dict[str, float]:
@@ -139,7 +148,7 @@ def _feedback(heard: Hearing) -> float:
 
 def _is_risky(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether edits take all back where a place is named or something is to stay."""
-    places = any(p.items or p.concept in PLACED for p in said.pieces)
+    places = any(p.names or p.kind in PLACED for p in said.pieces)
     return _gives_up(edits) and not _some(edits, E.Also) and (places or bool(said.cued("keep")))
 
 
@@ -166,7 +175,7 @@ PLACED = frozenset("start goal first last middle before after between near".spli
 
 def _names_others(said: Remark) -> bool:
     """Whether a remark names objects, and none that a change is about."""
-    named = {name for piece in said.pieces for name in piece.items}
+    named = {name for piece in said.pieces for name in piece.names}
     return bool(named) and named.isdisjoint(name for frame in said.before for name in frame_objects(frame))
 
 
@@ -203,7 +212,7 @@ REVERSING = frozenset("reverse it that this the path route way please now then".
 def _asks_for_limit(said: Remark) -> bool:
     """Whether a bound on the height is asked for, and no other shift: "limit the altitude to 2 metres instead"."""
     shifted = any(isinstance(frame, F.Shift) for frame in said.before)
-    return shifted and not LIMITING.isdisjoint(word for p in said.pieces for word in p.text.split())
+    return shifted and not LIMITING.isdisjoint(words_in(said.pieces))
 
 
 LIMITING = frozenset("limit maximum max cap".split())
@@ -212,7 +221,7 @@ LIMITING = frozenset("limit maximum max cap".split())
 
 def _leaves_an_amount(edits: Sequence[E.Edit], said: Remark) -> bool:
     """Whether a step back leaves out how far: "go back by 0.1"."""
-    numbers = [p.number for p in said.pieces if p.number]
+    numbers = [p.q for p in said.pieces if p.q]
     return _only(edits, E.Command) and any(q.unit not in ("", "step", "x") or q.value % 1.0 for q in numbers)
 
 

@@ -355,11 +355,7 @@ class _Words:
             case (("restrict" | "except"), [_, *_]):
                 edit: E.Restrict | E.Except = kind(on=on, part=self.parts(rest))
                 return edit
-        if name in FRAMES:
-            return E.Also(frame=self.frame(words))
-        if kind is not E.Command:
-            raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
-        return _command(name, rest)
+        return E.Also(frame=self.frame(words)) if name in FRAMES else _command(words)
 
     def called(self, on: str) -> str:
         """What an edit names, with the object's own name: a kind of frame, a direction, "box" or "pace_box"."""
@@ -419,8 +415,11 @@ def _from_ground(direction: str, q: F.Quantity | None) -> F.Quantity:
     return F.Quantity(-value + 0.0 if direction == "down" else value, "m")
 
 
-def _command(name: Any, rest: Sequence[str]) -> E.Command:
-    return E.Command(command=name, steps=int(rest[0]) if rest and rest[0].isdigit() else 1)
+def _command(words: Sequence[str]) -> E.Command:
+    name: Any = words[0]
+    if name not in COMMANDS:
+        raise InputError(f"{' '.join(words)!r} is no edit; known are {', '.join(EDITS)}")
+    return E.Command(command=name, steps=int(words[1]) if words[1:] and words[1].isdigit() else 1)
 
 
 def _rescale(words: Sequence[str], on: str) -> E.Rescale:

@@ -442,22 +442,21 @@ def _wait_short(builder: PolicyBuilder, item: SceneObject, q: F.Quantity, steps:
 def wait(builder: PolicyBuilder, frame: F.Wait) -> None:
     """Stand still at a place, then go on."""
     frame = _lingering(builder, frame)
-    at, words = spot(builder, frame.place)
-    item = builder.item(frame.place)
-    near, at = at, at if item is None else stop_by(builder, item) or at
-    stood = _stands_for(builder, frame)
+    near, words = spot(builder, frame.place)
+    item, stood = builder.item(frame.place), _stands_for(builder, frame)
     name = steps(builder, _as_long_again(builder, stood) if frame.longer and not frame.duration else frame.duration)
     lasting = waited(builder, name) + (" longer" if stood and frame.longer else "")
-    short_of = _short_of(builder, item, frame)
-    if item is not None and short_of is not None:
-        _wait_short(builder, item, short_of, name, lasting)
-        return
-    if item is not None and frame.aim:
-        _wait_beside(builder, item, frame, name, lasting, near)
-        return
-    promise = f"expect_stop(near={near})" if item else "expect_stop()" if frame.place in ("", "goal") else ""
     in_all, told = (", in_all=True", " in all") if stood and not frame.longer else ("", "")
-    builder.add(f"traj = dwell(traj, {at}, steps={name}{in_all})", f"Wait {lasting}{told} {words}.", promise)
+    if item is None:
+        promise = "expect_stop()" if frame.place in ("", "goal") else ""
+        builder.add(f"traj = dwell(traj, {near}, steps={name}{in_all})", f"Wait {lasting}{told} {words}.", promise)
+    elif (short_of := _short_of(builder, item, frame)) is not None:
+        _wait_short(builder, item, short_of, name, lasting)
+    elif frame.aim:
+        _wait_beside(builder, item, frame, name, lasting, near)
+    else:
+        call = f"dwell(traj, {stop_by(builder, item) or near}, steps={name}{in_all})"
+        builder.add(f"traj = {call}", f"Wait {lasting}{told} {words}.", f"expect_stop(near={near})")
 
 
 def _lingering(builder: PolicyBuilder, frame: F.Wait) -> F.Wait:

@@ -97,12 +97,18 @@ def realise(
         _restore(builder, keeps)
     if len(frames) > 1:
         _leave_to_later(builder)
-    if 0 < len(keeps) == len(frames):
-        builder.add("", "" if builder.plan else "Leave the path as it is.", "expect_same_speed()")
-        builder.held = builder.plan[: len(frames)]
-    if 0 < len(frames) == len(builder.held):
-        builder.add("", "", "expect_same_path()")
+    if frames:
+        _leave_as_it_is(builder, all_stays=len(keeps) == len(frames))
     return builder
+
+
+def _leave_as_it_is(builder: PolicyBuilder, *, all_stays: bool) -> None:
+    """Promise that a path of which all is to stay, or which fulfils all that is asked for, is as before."""
+    if all_stays:
+        builder.add("", "" if builder.plan else "Leave the path as it is.", "expect_same_speed()")
+        builder.held = builder.plan[: len(builder.frames)]
+    if len(builder.frames) == len(builder.held):
+        builder.add("", "", "expect_same_path()")
 
 
 def _there(builder: PolicyBuilder, frame: F.SemanticFrame) -> Sequence[F.SemanticFrame]:
@@ -198,12 +204,8 @@ def passed_over(path: Array, item: SceneObject, up: Array) -> int | None:
 def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
     """When a frame's turn comes; what is straight, or slower at the end, is so on the path that a cut leaves."""
     match frame:
-        case F.Pace(amount=F.Quantity(unit="s")) if not (frame.part and builder.has(F.Return)):
-            return len(ORDER)  # how long the way takes depends on all of it, but not on the way back
-        case F.Pace() if frame.change != "set" and builder.has(F.StopAt, F.Trim) and _at_the_end(frame.part):
-            return len(ORDER)
-        case F.Pace(change="set" | "constant") if not frame.part:
-            return RANK["pace"] - 0.5  # what is said of a part holds there
+        case F.Pace():
+            return _rank_of_pace(frame, builder)
         case F.Straighten() if not frame.part and builder.has(F.Trim):
             return RANK["trim"]
         case F.MoveEnd(relation="to") | F.Extend() if _is_cut(builder, frame):
@@ -218,8 +220,18 @@ def _rank(frame: F.SemanticFrame, builder: PolicyBuilder) -> float:
             return RANK["wait"] - number.value / (number.value + 1.0)  # those behind first: a wait adds waypoints
         case F.StopAt(place="" | "goal") if builder.has(F.Trim):
             return RANK["trim"] + 0.5
-    change = frame.change if isinstance(frame, F.Pace) else ""
-    return RANK.get(change, RANK[name_of(frame)])  # what another pace leaves beside a part holds, too
+    return RANK[name_of(frame)]
+
+
+def _rank_of_pace(frame: F.Pace, builder: PolicyBuilder) -> float:
+    """When the turn of a change of speed comes."""
+    if frame.amount is not None and frame.amount.unit == "s" and not (frame.part and builder.has(F.Return)):
+        return len(ORDER)  # how long the way takes depends on all of it, but not on the way back
+    if frame.change != "set" and builder.has(F.StopAt, F.Trim) and _at_the_end(frame.part):
+        return len(ORDER)
+    if frame.change in ("set", "constant") and not frame.part:
+        return RANK["pace"] - 0.5  # what is said of a part holds there
+    return RANK.get(frame.change, RANK["pace"])  # what another pace leaves beside a part holds, too
 
 
 def _is_cut(builder: PolicyBuilder, frame: F.SemanticFrame) -> bool:

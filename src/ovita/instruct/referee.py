@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 from ovita.instruct import frames as F
@@ -27,7 +28,7 @@ CERTAIN = 0.8
 """How sure it has to be for facts of the words that it sees itself, and for words that nobody knows, not to count."""
 
 CURT = 5
-"""Chunks of an utterance that is so short that words which nobody knows are named, and nothing is done at once."""
+"""Chunks of an utterance that is so short that words which nobody knows are named."""
 
 
 @dataclass(frozen=True)
@@ -56,24 +57,29 @@ def judged(said: Sequence[Chunk], reading: F.Reading) -> Understanding:
         said: The utterance in chunks.
         reading: With the reader's own confidence.
     """
-    frames = frames_of(reading)
-    guessed = all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said)
-    if not reads(reading) or guessed:
+    if not reads(reading) or all(chunk.kind in UNKNOWN | {"OBJ"} for chunk in said):
         return _nothing(reading, said)
-    if against := excluded(frames):
+    if against := excluded(frames_of(reading)):
         return _nothing(replace(reading, improper=against), said)
-    sure = reading.confidence
-    certain = sure >= CERTAIN
-    doubts = (*contradictions(said, frames, certain=certain), *filter(None, (reading.besides,)))
-    alone = [clause[-1] for clause in clauses(said) if {chunk.kind for chunk in clause} <= UNKNOWN]
-    pairs = zip((None, *said), said, strict=False)
-    wished = [c for before, c in pairs if c.kind == "unknown" and before is not None and before.kind == "and"]
-    strange = [chunk for chunk in said if chunk.kind == "unknown"] if len(said) <= CURT else wished
-    left = tuple(dict.fromkeys((*reading.unread, *(chunk.text for chunk in strange))))
-    held_up = [chunk for chunk in strange if not certain or chunk in alone]
+    sure, strange = reading.confidence, _strange(said)
+    doubts = (*contradictions(said, frames_of(reading), certain=sure >= CERTAIN), *filter(None, (reading.besides,)))
+    held_up = strange if sure < CERTAIN else {*strange} & _alone(said)
     at_once = sure >= DO and not (doubts or held_up)
     outcome: Outcome = "do" if at_once else "needs_confirmation" if sure >= SHOW else "decline"
+    left = tuple(dict.fromkeys((*reading.unread, *strange)))
     return Understanding(outcome, reading, left, doubts, sure)
+
+
+def _alone(said: Sequence[Chunk]) -> set[str]:
+    """The last words of clauses that say nothing which is known: "go left, moonwalk"."""
+    return {clause[-1].text for clause in clauses(said) if {chunk.kind for chunk in clause} <= UNKNOWN}
+
+
+def _strange(said: Sequence[Chunk]) -> list[str]:
+    """The words that nobody knows: each of few, else what is to be done besides ("... and dance")."""
+    if len(said) <= CURT:
+        return [chunk.text for chunk in said if chunk.kind == "unknown"]
+    return [then.text for chunk, then in pairwise(said) if (chunk.kind, then.kind) == ("and", "unknown")]
 
 
 def _nothing(reading: F.Reading, said: Sequence[Chunk]) -> Understanding:

@@ -39,7 +39,7 @@ def revised(edits: tuple[E.Edit, ...], chunks: Sequence[Chunk], said: Remark) ->
 def _aimed(edit: E.Edit, said: Remark) -> E.Edit:
     """A change of an amount as one of the direction that is named among several: "a bit more to the left"."""
     ways = [way for frame in said.before for way in directions_of(frame)]
-    named = {SENSES.get(piece.concept, "") for piece in said.pieces} & {*ways}
+    named = {SENSES.get(piece.kind, "") for piece in said.pieces} & {*ways}
     if not isinstance(edit, E.Rescale) or len(ways) < 2 or len(named) != 1 or edit.on in ways:
         return edit
     (way,) = named
@@ -53,8 +53,8 @@ COUNTS = {"both": 2, "two": 2, "2": 2, "twice": 2, "three": 3, "3": 3, "four": 4
 
 def _so_many(edit: E.Edit, said: Remark) -> E.Edit:
     """So many steps back or forth as are counted: "undo both", also of what is not among the frames before."""
-    plain = (p for p in said.pieces if p.number is None or p.number.unit in ("", "step", "x"))
-    counts = [COUNTS[word] for piece in plain for word in piece.text.split() if word in COUNTS]
+    plain = [p for p in said.pieces if p.q is None or p.q.unit in ("", "step", "x")]
+    counts = [COUNTS[word] for word in words_in(plain) if word in COUNTS]
     if isinstance(edit, E.Command) and edit.command in ("undo", "redo") and edit.steps == 1 and len(counts) == 1:
         return replace(edit, steps=counts[0])
     return edit
@@ -68,7 +68,7 @@ def _compared(edit: E.Edit, said: Remark) -> E.Edit:
     if edit.change and not TURNING.isdisjoint(words_in(said.pieces)):
         return edit
     senses = {sense for frame in about for sense in _senses(frame)}
-    for sense in (SENSES.get(piece.concept, "") for piece in said.pieces if piece.text.endswith("er")):
+    for sense in (SENSES.get(piece.kind, "") for piece in said.pieces if piece.text.endswith("er")):
         if sense in senses or OPPOSITE.get(sense, sense) in senses:
             return replace(edit, change="more" if sense in senses else "less")
     return edit
@@ -88,7 +88,7 @@ def _senses(frame: F.SemanticFrame) -> set[str]:
 
 def _instead(edit: E.Edit, said: Remark) -> E.Edit:
     """Another value for the slot whose old value is said beside it: "15 cm instead of 10 cm"."""
-    numbers = [piece.number for piece in said.pieces if piece.number]
+    numbers = [piece.q for piece in said.pieces if piece.q]
     if not isinstance(edit, E.Set) or len(numbers) != 2 or edit.step:
         return edit
     had = [(i, slot, q) for i, frame in enumerate(said.before) for slot, q in dict(held_in(frame)).items()]
@@ -105,7 +105,7 @@ def _instead(edit: E.Edit, said: Remark) -> E.Edit:
 
 def _at_its_end(edit: E.Edit, said: Remark) -> E.Edit:
     """An exception at the end of the path that is named, and a change of the end that is."""
-    ends = {piece.concept for piece in said.pieces} & {"start", "goal"}
+    ends = {piece.kind for piece in said.pieces} & {"start", "goal"}
     if len(ends) != 1 or len(words_in(said.pieces)) > CURT or "ends" in words_in(said.pieces):
         return edit
     (end,) = ends
@@ -287,8 +287,7 @@ def _gives_up(edit: E.Edit) -> bool:
 
 def _named_with(words: frozenset[str], said: Remark) -> set[int]:
     """The frames that are named in clauses with some words."""
-    clauses = {piece.clause for piece in said.pieces if not words.isdisjoint(piece.text.split())}
-    found = (said.meant([piece for piece in said.pieces if piece.clause == clause]) for clause in clauses)
+    found = (said.meant(clause) for clause in said.clauses if not words.isdisjoint(words_in(clause)))
     return {i for frames in found for i in frames}
 
 

@@ -135,12 +135,14 @@ class Sketch:
         before: Of the frames before it, in the notation; None for a first request.
         mentions: What the marks of both stand for.
         names: Of all objects.
+        notes: On the spellings that were put right.
     """
 
     pieces: tuple[Fragment, ...]
     before: tuple[Fragment, ...] | None
     mentions: tuple[Referent, ...]
     names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def sketch(
@@ -161,13 +163,13 @@ def sketch(
     """
     catalog = Catalog(scene, positions)
     letters: dict[str, str] = {}
-    pieces, mentions = _marked(text, catalog, letters, known)
+    pieces, mentions, notes = _marked(text, catalog, letters, known)
     if before is None:
-        return Sketch(pieces, None, mentions, scene.names)
+        return Sketch(pieces, None, mentions, scene.names, notes)
     shown = show([unaimed(frame) for frame in before])
-    said, more = _marked(shown.translate(SPELT_OUT), catalog, letters, known)
+    said, more, _ = _marked(shown.translate(SPELT_OUT), catalog, letters, known)
     shifted = tuple(replace(p, words=None, mention=p.mention + len(mentions) if p.mention >= 0 else -1) for p in said)
-    return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more), scene.names)
+    return Sketch(pieces, shifted, mentions + tuple(replace(m, words=None) for m in more), scene.names, notes)
 
 
 def cut(text: str) -> list[tuple[str, Span]]:
@@ -186,26 +188,30 @@ def _without_ending(word: str, low: int) -> list[tuple[str, Span]]:
 
 def _marked(
     text: str, catalog: Catalog, letters: dict[str, str], known: Collection[str]
-) -> tuple[tuple[Fragment, ...], tuple[Referent, ...]]:
+) -> tuple[tuple[Fragment, ...], tuple[Referent, ...], tuple[str, ...]]:
+    """A text in words and marks, what the marks stand for, and notes on its spelling."""
     raw = cut(text)
     words = [word.lower() for word, _ in raw]
-    words = [words[k] for k in more_first(words)]
+    order = more_first(words)
+    words, spans = [words[k] for k in order], [raw[k][1] for k in order]
     odd = [word for word in words if word.isalpha() and word not in known]
-    spelling = dict(zip(odd, respelt(odd, catalog)[0], strict=True))
+    right, notes = respelt(odd, catalog)
+    spelling = dict(zip(odd, right, strict=True))
     words = [spelling.get(word, word) for word in words]
     pieces: list[Fragment] = []
     mentions: list[Referent] = []
     i = 0
     while i < len(raw):
         mention, used = _mention_at(words, i, catalog, mentions)
-        word, span = " ".join(words[i : i + used]), (raw[i][1][0], raw[i + used - 1][1][1])
+        word, (begins, ends) = " ".join(words[i : i + used]), zip(*spans[i : i + used], strict=True)
+        span = min(begins), max(ends)
         if mention is None:
             pieces.append(Fragment(word, span))
         else:
             pieces.append(Fragment(_mark(mention, word, letters), span, len(mentions)))
             mentions.append(replace(mention, words=span))
         i += used
-    return tuple(pieces), tuple(mentions)
+    return tuple(pieces), tuple(mentions), tuple(notes)
 
 
 def _mark(mention: Referent, word: str, letters: dict[str, str]) -> str:
@@ -223,10 +229,7 @@ def _mention_at(
 ) -> tuple[Referent | None, int]:
     if _is_nothing(words, i):
         return None, 1
-    things = [m.items for m in earlier if m.items]
-    last = things[-1] if things else ()
-    if words[i] == "them" and len(last) == 1 and len(things) > 1 and "and" in words[:i]:
-        last = tuple(dict.fromkeys((*things[-2], *last)))  # "from the shelf and the lamp, and slower near them"
+    last = _named_last(words, i, earlier)
     named = catalog.mention_at(words, i, tuple(catalog.scene[name] for name in last))
     if named is not None and len(named.items) == 1 and words[i] == "both":  # "both the cup and the lamp"
         return None, 1
@@ -236,13 +239,24 @@ def _mention_at(
     return amount or _partly_named(words, i, catalog), used
 
 
+def _named_last(words: Sequence[str], i: int, earlier: Sequence[Referent]) -> tuple[str, ...]:
+    """The objects that a pronoun may mean: "from the shelf and the lamp, and slower near them"."""
+    things = [m.items for m in earlier if m.items]
+    last = things[-1] if things else ()
+    both = words[i] == "them" and len(last) == 1 and len(things) > 1 and "and" in words[:i]
+    return tuple(dict.fromkeys((*things[-2], *last))) if both else last
+
+
 def _is_nothing(words: Sequence[str], i: int) -> bool:
     """Whether it is a sign, or a word of "a thing" or "the whole thing"."""
-    pairs = " ".join(words[i : i + 2]), f"{_before(words, i)} {words[i]}"
+    before = _before(words, i)
+    pairs = " ".join(words[i : i + 2]), f"{before} {words[i]}"
+    if words[i] == "thing" and concept_at((before,), 0)[0]:  # "the speed thing"
+        return True
     return not NOTHINGS.isdisjoint(pairs) or not (words[i].lstrip(".")[:1].isalnum() or POINT.fullmatch(words[i]))
 
 
-NOTHINGS = frozenset(("a thing", "the thing", "whole thing", "entire thing", "speed thing"))
+NOTHINGS = frozenset(("a thing", "the thing", "whole thing", "entire thing"))
 """Things that are no object: none in particular, the robot, or its path."""
 
 
@@ -261,15 +275,23 @@ def _partly_named(words: Sequence[str], i: int, catalog: Catalog) -> Referent | 
     if len(word) < 3 or (is_filler(word) and before not in NAMING):
         return None
     determined = before in DETERMINERS and (word,) not in terms()
-    forms = {word, word.removesuffix("s") if len(word) > 4 else word}
-    named = {name: parts for name, parts in catalog.words.items() if len(parts) <= LONG}
-    fitting = [name for name, parts in named.items() if not forms.isdisjoint(parts)]
-    fitting = fitting or (_compounds(word, catalog) if determined else [])
+    fitting = _called_partly(word, catalog) or (_compounds(word, catalog) if determined else [])
     if len(fitting) != 1:
         return None
-    is_head = catalog.words[fitting[0]][-1] in forms and before in DETERMINERS
+    is_head = catalog.words[fitting[0]][-1] in _forms(word) and before in DETERMINERS
     meant = is_head or determined or not concept_at((word,), 0)[0]
     return Referent(None, (fitting[0],)) if meant else None
+
+
+def _forms(word: str) -> set[str]:
+    """A noun in the plural, too, as in the singular."""
+    return {word, word.removesuffix("s") if len(word) > 4 else word}
+
+
+def _called_partly(word: str, catalog: Catalog) -> list[str]:
+    """The objects that have a word in their name, if that is not long."""
+    named = ((name, parts) for name, parts in catalog.words.items() if len(parts) <= LONG)
+    return [name for name, parts in named if not _forms(word).isdisjoint(parts)]
 
 
 def _compounds(word: str, catalog: Catalog) -> list[str]:

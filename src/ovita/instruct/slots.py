@@ -178,15 +178,21 @@ def _turned(quantity: F.Quantity) -> F.Quantity:
     return replace(quantity, value=-quantity.value, said="")
 
 
-def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
-    """The quantities of a frame by slot, and its offset."""
-    found: dict[str, Any] = {}
+def _sizes(atom: Atom) -> dict[str, F.Quantity]:
+    """How long a wait is, and how large a figure."""
+    found: dict[str, F.Quantity] = {}
     for pointer in ("duration", "radius", "size", "turns", "rise"):
         quantity = atom.amounts.get(pointer)
         if quantity is not None:
             counted = pointer == "turns" or (pointer != "duration" and quantity.unit == "x")
             slot = "waves" if pointer == "turns" and atom.label("action") in ("wave", "zigzag") else pointer
             found[slot] = replace(quantity, unit="", said="") if counted else quantity
+    return found
+
+
+def _amounts(atom: Atom, kind: type[F.SemanticFrame]) -> dict[str, Any]:
+    """The quantities of a frame by slot, and its offset."""
+    found: dict[str, Any] = {**_sizes(atom)}
     main, direction = _main_amount(atom, kind), atom.label("direction")
     if atom.label("step") == "-1" and kind not in INVERTED:
         main, found = main and _turned(main), {slot: _turned(q) if slot == "rise" else q for slot, q in found.items()}
@@ -232,15 +238,16 @@ def _main_amount(atom: Atom, kind: type[F.SemanticFrame]) -> F.Quantity | None:
     role: Any = _ROLES.get(said, atom.label("role") if kind in _WITH_ROLE else "by")
     if kind in INVERTED and atom.label("step") == "-1" and quantity.value:
         quantity = replace(quantity, value=round(1.0 / quantity.value, 2), unit="x", said="")
-    implied = _IMPLIED.get(said, _IMPLIED.get((kind.NAME, ""), ""))
+    quantity = _turned(quantity) if said == ("pace", "brake") else quantity
+    return replace(_in_implied_unit(quantity, said), role=role)
+
+
+def _in_implied_unit(quantity: F.Quantity, said: tuple[str, str]) -> F.Quantity:
+    """An amount in the unit that its action and choice imply, where it has none, or a speed in metres."""
+    implied = _IMPLIED.get(said, _IMPLIED.get((said[0], ""), ""))
     unit = "m/s" if (quantity.unit, implied) == ("m", "m/s") else quantity.unit or implied
-    return replace(
-        quantity,
-        value=-quantity.value if said == ("pace", "brake") else quantity.value,
-        said="" if said == ("pace", "brake") or unit != quantity.unit else quantity.said,
-        unit="" if (*said, unit) == ("waypoints", "to", "waypoints") else unit,
-        role=role,
-    )
+    number = "" if unit != quantity.unit else quantity.said
+    return replace(quantity, said=number, unit="" if (*said, unit) == ("waypoints", "to", "waypoints") else unit)
 
 
 def _check(kind: type[F.SemanticFrame], slots: dict[str, Any]) -> None:
@@ -266,15 +273,20 @@ def part_of(atom: Atom) -> PathPart:
         return WHOLE
     if kind == "between" and place in ("start", "goal") and atom.places:  # "between the cup and the goal"
         kind, place = ("after" if place == "goal" else "before"), "object"
-    places = _places_of(atom, kind, place)
+    amount, until = _from_where_to_where(atom, kind)
+    part = part_told(Where(kind, _places_of(atom, kind, place), amount, until, atom.label("toward") or "up"))
+    return outside(part) if atom.label("outside") else part
+
+
+def _from_where_to_where(atom: Atom, kind: str) -> tuple[F.Quantity | None, F.Quantity | None]:
+    """How much of a part, or from where, and to where; of one waypoint, its number is both."""
     amount, until = _begun(atom, kind), atom.amounts.get("until")
-    if kind == "range":  # of one waypoint, its number is both ends
+    if kind == "range":
         amount, until = amount or until, until or amount
     ends = kind in ("range", "upto")
     if (kind == "from" and amount is None) or (ends and until is None):
         raise Unfit("from where to where on the path")
-    part = part_told(Where(kind, places, amount, until if ends else None, atom.label("toward") or "up"))
-    return outside(part) if atom.label("outside") else part
+    return amount, until if ends else None
 
 
 def _begun(atom: Atom, kind: str) -> F.Quantity | None:

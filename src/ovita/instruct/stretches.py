@@ -37,18 +37,23 @@ def left_out(
         return
     if any(isinstance(frame, F.Pace) and _timed(frame) for frame in about):
         return
-    paced = any(isinstance(frame, F.Pace | F.NoStop) for frame in about)
     mine = np.flatnonzero(part.mask(trajectory, scene))
-    for frame in frames:
-        if not isinstance(frame, F.Keep) and _goes_on(mine, frame.part, trajectory, scene):
-            yield frame.part
+    changing = (frame.part for frame in frames if not isinstance(frame, F.Keep))
+    yield from (other for other in changing if _goes_on(mine, other, trajectory, scene))
     if part.kind == "after":
-        place = part.places[0]
-        for frame in frames:
-            if (isinstance(frame, F.Hop | F.Hover) and place in frame.objects) or _shaken(frame, place):
-                yield near(place, Scale.of(trajectory).near(trajectory.positions, scene[place]))
-            elif paced and isinstance(frame, F.Wait) and frame.place == place and frame.by is None:
-                yield between(place, place)
+        paced = any(isinstance(frame, F.Pace | F.NoStop) for frame in about)
+        yield from _where_it_begins(str(part.places[0]), frames, trajectory, scene, paced=paced)
+
+
+def _where_it_begins(
+    place: str, frames: Sequence[F.SemanticFrame], trajectory: Trajectory, scene: Scene, *, paced: bool
+) -> Iterator[PathPart]:
+    """What is done at the place after which a part begins: a jump, hovering, shaking, or a wait before another pace."""
+    for frame in frames:
+        if (isinstance(frame, F.Hop | F.Hover) and place in frame.objects) or _shaken(frame, place):
+            yield near(place, Scale.of(trajectory).near(trajectory.positions, scene[place]))
+        elif paced and isinstance(frame, F.Wait) and frame.place == place and frame.by is None:
+            yield between(place, place)
 
 
 def _done_at(

@@ -7,7 +7,7 @@ its top, "touch the box" at its surface. These words stand in `aiming/aims.txt`.
 from __future__ import annotations
 
 from collections.abc import Collection, Container, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
 
@@ -47,33 +47,53 @@ def with_units(
         said: The utterance in chunks.
         extent: Diagonal of the path's bounding box [m], or None.
     """
-    units = {kind: [(k, f) for k, chunk in enumerate(said) if (f := unit_of(chunk, kind))] for kind in ("Qm", "Qv")}
+    timed = any(isinstance(frame, F.Pace) and frame.amount and frame.amount.unit == "s" for frame in frames)
+    return tuple(map(_Told(said, extent, timed).filled, frames))
 
-    def measured(q: F.Quantity, kind: str) -> F.Quantity:
-        at = next((k for k, chunk in enumerate(said) if chunk.q and chunk.q.value == abs(q.value)), len(said))
-        near = [f for k, f in units[kind] if k < at][-1:] or [f for _, f in units[kind]][:1]
+
+@dataclass(frozen=True)
+class _Told:
+    """The numbers and units of an utterance, on a path of some extent [m]; `timed` if a pace is in seconds."""
+
+    said: Sequence[Chunk]
+    extent: float | None
+    timed: bool
+
+    def filled(self, frame: F.SemanticFrame) -> F.SemanticFrame:
+        """A frame whose bare amounts have the unit that they are meant in."""
+        at, second = self._seconds()
+        behind = {chunk.number.value for chunk in self.said[at:] if chunk.kind == "Qn" and chunk.number.value >= 1.0}
+        match frame:
+            case F.Pace() if second and (q := _bare(frame, behind).get("amount")) is not None:
+                return replace(frame, amount=F.Quantity(q.value * second, "s", q.role))
+            case F.Approach(by=F.Quantity(unit="") as by) if any(chunk.kind == "multiply" for chunk in self.said):
+                return replace(frame, by=replace(by, unit="x", role="to"))
+        kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
+        bare = _bare(frame, {chunk.number.value for chunk in self.said if chunk.kind == "Qn"})
+        return _refilled(frame, {slot: self._measured(q, kind) for slot, q in bare.items()}) if bare else frame
+
+    def _seconds(self) -> tuple[int, float]:
+        """Where a unit of time is said and how long it is [s]: "the first half takes ten minutes, the second six"."""
+        times = self._units("Qs") if self.timed and not self._units("Qv") else []
+        return times[0] if times else (len(self.said), 0.0)
+
+    def _units(self, kind: str) -> list[tuple[int, float]]:
+        """Where amounts of a kind are said, and what one of their unit is in SI."""
+        return [(k, factor) for k, chunk in enumerate(self.said) if (factor := unit_of(chunk, kind))]
+
+    def _measured(self, q: F.Quantity, kind: str) -> F.Quantity:
+        """A bare length or speed in the unit of the one said before it, else of the first."""
+        units = self._units(kind)
+        at = next((k for k, chunk in enumerate(self.said) if chunk.q and chunk.q.value == abs(q.value)), len(self.said))
+        near = [factor for k, factor in units if k < at][-1:] or [factor for _, factor in units[:1]]
         known = near[0] if near else None
-        factor = bare_unit(q.value, known, extent) if kind == "Qm" else known if known and abs(q.value) >= 1.0 else 1.0
-        if factor == 1.0 and extent is None:
+        if kind == "Qm":
+            factor = bare_unit(q.value, known, self.extent)
+        else:
+            factor = known if known and abs(q.value) >= 1.0 else 1.0
+        if factor == 1.0 and self.extent is None:
             return q  # metres, for want of a path that would tell
         return replace(q, value=q.value * factor, unit="m" if kind == "Qm" else "m/s", said="")
-
-    def filled(frame: F.SemanticFrame) -> F.SemanticFrame:
-        if seconds and isinstance(frame, F.Pace) and (q := _bare(frame, behind).get("amount")) is not None:
-            return replace(frame, amount=F.Quantity(q.value * seconds, "s", q.role))
-        kind = "Qv" if isinstance(frame, F.Pace) else "Qm"
-        if multiplied and isinstance(frame, F.Approach) and frame.by is not None and not frame.by.unit:
-            return replace(frame, by=replace(frame.by, unit="x", role="to"))
-        bare = _bare(frame, numbers)
-        return _refilled(frame, {slot: measured(q, kind) for slot, q in bare.items()}) if bare else frame
-
-    numbers = {chunk.number.value for chunk in said if chunk.kind == "Qn"}
-    multiplied = any(chunk.kind == "multiply" for chunk in said)
-    timed = any(isinstance(frame, F.Pace) and frame.amount and frame.amount.unit == "s" for frame in frames)
-    times = [(k, f) for k, chunk in enumerate(said) if timed and not units["Qv"] and (f := unit_of(chunk, "Qs"))]
-    at, seconds = times[0] if times else (len(said), 0.0)  # "the first half takes ten minutes, the second six"
-    behind = {chunk.number.value for chunk in said[at:] if chunk.kind == "Qn" and chunk.number.value >= 1.0}
-    return tuple(map(filled, frames))
 
 
 def unit_of(chunk: Chunk, kind: str = "Qm") -> float | None:

@@ -12,7 +12,7 @@ from ovita.instruct.chunks import Chunk, chunks
 from ovita.instruct.contradictions import contradictions
 from ovita.instruct.degrees import extent_of
 from ovita.instruct.edits import Also
-from ovita.instruct.facts import UNKNOWN, clauses
+from ovita.instruct.facts import clauses
 from ovita.instruct.landmarks import with_landmarks
 from ovita.instruct.learned import LearnedReader
 from ovita.instruct.meaning import same
@@ -44,7 +44,7 @@ def understand(
     said = text
     text, taken = with_landmarks(said, scene, positions)
     found = _understood(text, scene, positions, before)
-    found = found if text == said else _in_own_words(found, said, chunks(text, scene, positions)[0])
+    found = found if text == said else _in_own_words(found, said, chunks(text, scene, positions))
     outcome: Outcome = "needs_confirmation" if taken and found.outcome == "do" else found.outcome
     return replace(found, outcome=outcome, doubts=(*found.doubts, taken)) if taken else found
 
@@ -72,7 +72,7 @@ def otherwise(
     """
     positions = trajectory.positions
     text, _ = with_landmarks(text, scene, positions)
-    said, _ = chunks(text, scene, positions)
+    said = chunks(text, scene, positions)
     reader = learned_reader()
     heard = reader.hear(text, scene, positions)
     for one in (reader.reading(heard), *reader.runners_up(heard)):
@@ -89,9 +89,8 @@ def _may_be_meant(said: Sequence[Chunk], reading: F.Reading) -> bool:
 
 def _understood(text: str, scene: Scene, positions: Array | None, before: Sequence[F.SemanticFrame]) -> Understanding:
     """As `understand`, of an utterance that is written out."""
-    said, notes = chunks(text, scene, positions)
-    reading = in_units(learned_reader().read(text, scene, positions, before or None), said, positions)
-    return judged(said, replace(reading, notes=notes) if reads(reading) else reading)
+    said = chunks(text, scene, positions)
+    return judged(said, in_units(learned_reader().read(text, scene, positions, before or None), said, positions))
 
 
 def in_units(reading: F.Reading, said: Sequence[Chunk], positions: Array | None) -> F.Reading:
@@ -138,9 +137,9 @@ def overheard(text: str, scene: Scene, before: Sequence[F.SemanticFrame], positi
     from ovita.instruct.revised import given_up, left_over, revised
 
     text, _ = with_landmarks(text, scene, positions)
-    said, _ = chunks(text, scene, positions)
+    said = chunks(text, scene, positions)
     told, reader = remark(text, scene, before, positions), learned_reader()
-    if all(chunk.kind in UNKNOWN for chunk in said) and not any(piece.content for piece in told.pieces):
+    if told.says_nothing:
         return Hearing(told, F.Reading(), F.Reading())
     edits = in_units(reader.read(text, scene, positions, before), said, positions)
     made = given_up(revised(edits.edits, said, told), told)

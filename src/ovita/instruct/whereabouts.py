@@ -169,12 +169,14 @@ def _all_but(objects: Sequence[str], seen: Sketch) -> tuple[str, ...]:
     """All objects but these, where words say that they alone are left out; () elsewhere."""
     words = [piece.text.lower() for piece in seen.pieces if piece.text.lower() not in DETERMINERS]
     marks = [piece.mention for piece in seen.pieces if piece.text.lower() not in DETERMINERS]
-    for i, mention in enumerate(marks):
-        if mention < 0 or {*seen.mentions[mention].items} != {*objects}:
-            continue
-        left_out = words[i - 1] in EXCEPT if i else False
-        phrase = tuple(words[max(i - 2, 0) : i]) in OTHER_THAN
-        whole = words[max(i - 5, 0) : i - 1]
-        if (left_out or phrase) and any(word in ALL or word.startswith("<all") for word in whole):
-            return tuple(name for name in seen.names if name not in objects)
-    return ()
+    named = [i for i, mention in enumerate(marks) if mention >= 0 and {*seen.mentions[mention].items} == {*objects}]
+    left_out = any(_are_left_out(words, i) for i in named)
+    return tuple(name for name in seen.names if name not in objects) if left_out else ()
+
+
+def _are_left_out(words: Sequence[str], i: int) -> bool:
+    """Whether words right before word i leave it out of all: "all but", "everything other than"."""
+    spared = words[i - 1 : i] and words[i - 1] in EXCEPT
+    phrase = tuple(words[max(i - 2, 0) : i]) in OTHER_THAN
+    whole = words[max(i - 5, 0) : max(i - 1, 0)]
+    return bool(spared or phrase) and any(word in ALL or word.startswith("<all") for word in whole)

@@ -40,7 +40,7 @@ def repaired(text: str, scene: Scene, positions: Array | None = None) -> str:
         scene: Whose objects it may name.
         positions: The path (N, 3) [m], or None.
     """
-    said = [chunk for chunk in chunks(text, scene, positions)[0] if chunk.kind != "filler"]
+    said = [chunk for chunk in chunks(text, scene, positions) if chunk.kind != "filler"]
     for i in range(1, len(said) - 1):
         used = _marker(said[i:])
         behind = list(dropwhile(_pauses, said[i + used :])) if used else []
