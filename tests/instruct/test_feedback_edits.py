@@ -12,7 +12,7 @@ from ovita.instruct.editing import apply, by_hand
 from ovita.instruct.frames import Quantity, from_json, name_of, to_json
 from ovita.instruct.meaning import same
 from ovita.instruct.notation import parse, parse_edits, show
-from ovita.instruct.understanding import feedback, learned_reader
+from ovita.instruct.understanding import feedback, learned_reader, overheard
 from ovita.paths.part import PathPart, both, outside
 from ovita.paths.scene import Scene, SceneObject
 from ovita.policy import Parameter
@@ -291,3 +291,19 @@ def test_what_an_edit_is_about_stands_before_it(said, before):
 def test_a_sure_step_back_is_no_other_wish(said):
     found = feedback(said, SCENE, parse("move left=10cm", NAMES), None)
     assert found is not None and all(edit.NAME in ("undo", "restart", "drop") for edit in found.edits)
+
+
+def heard(text, before):
+    return overheard(text, SCENE, parse(before, NAMES), None)
+
+
+@pytest.mark.parametrize("text", ["Hop higher.", "hop higher"])
+def test_a_capital_letter_leaves_no_word_unread(text):
+    assert "hop" not in heard(text, "hop cup by=20cm; wait at=cup").edits.unread
+
+
+@pytest.mark.parametrize(
+    ("text", "before"), [("30 s longer", "wait at=cup for=30s"), ("rotation the other way", "rotate 30deg cw")]
+)
+def test_a_longer_wait_and_a_rotation_are_no_other_change(text, before):
+    assert not heard(text, before).said.elsewhere

@@ -292,3 +292,31 @@ def test_what_is_to_be_seen_is_no_condition():
     frames = notation.parse("pace slower", ())
     told = ["slower, so I can see if it is shut", "slower if it is shut"]
     assert [bool(contradictions(chunks(text, SCENE), frames)) for text in told] == [False, True]
+
+
+def kinds(text):
+    return [(chunk.text, chunk.kind) for chunk in said(text) if chunk.kind != "filler"]
+
+
+def test_chunks_are_as_they_were_written_and_phrases_hold_numbers():
+    assert kinds("7cm up") == [("7cm", "Qm"), ("up", "up")]
+    assert ("figure of eight", "eight") in kinds("a figure of eight at the cup")
+    assert ("cup", "OBJ") in kinds("the cup's left")
+    assert kinds("scale by -2")[-2:] == [("-", "minus"), ("2", "Qn")]
+
+
+def test_the_ending_of_an_ordinal_is_no_word_that_nobody_knows():
+    assert all(kind != "unknown" for _, kind in kinds("every 3rd waypoint faster"))
+    assert ("rd", "unknown") in kinds("rd faster")
+
+
+@pytest.mark.parametrize(("sign", "other"), [(">=", "most"), ("<=", "least"), (">", "most"), ("=>", "most")])
+def test_a_bound_in_signs_is_not_the_other_one(sign, other):
+    text, frames = f"speed {sign} 0.3 m/s", f"pace at_{other}=0.3m/s"
+    assert verdict(text, reading(frames)).outcome == "needs_confirmation"
+    right = "pace at_least=0.3m/s" if other == "most" else "pace at_most=0.3m/s"
+    assert verdict(text, reading(right)).outcome == "do"
+
+
+def test_a_thing_that_is_a_change_is_no_object():
+    assert all(kind not in ("OBJ", "CHOICE") for _, kind in kinds("forget the speed thing"))

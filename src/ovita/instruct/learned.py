@@ -595,10 +595,6 @@ def _concepts(seen: Sketch) -> list[tuple[str, str]]:
 def _directed(choice: Choice) -> bool:
     """Whether some atom has a direction, or its frame is about heights, sides or ends."""
     along = {"height", "mirror", "rotate", "tilt", "hop", "hover", "return", "reverse"}
-    return any(
-        atom.label("direction")
-        or atom.label("toward")
-        or atom.label("part") in ("rising", "falling")
-        or atom.label("action") in along
-        for atom in choice.atoms
-    )
+    ways, parts = ("direction", "toward"), ("rising", "falling")
+    atoms = choice.atoms
+    return any(any(map(a.label, ways)) or a.label("part") in parts or a.label("action") in along for a in atoms)

@@ -72,6 +72,8 @@ LEADING = DETERMINERS | {"haha", "hehe", "lol", "even", "still"}
 """Words before a comparative that say nothing of what it is about."""
 
 EXPLAINING = E.Command(command="explain")
+EXPLAINED = frozenset("why did done change changed changes altered happened explain explanation reason clarify".split())
+"""Words of a question of what was done, or why, and not of what the path is like."""
 
 
 def _some(edits: Sequence[E.Edit], kinds: type[E.Edit] | UnionType) -> bool:
@@ -90,7 +92,7 @@ def weighed(heard: Hearing) -> F.Reading | None:
     A question of what the path is like is none, but one of what was done or why.
     """
     said, edits = heard.said, heard.edits.edits
-    if heard.alone.asks and all(edit == EXPLAINING for edit in edits) and not said.cued("explain"):
+    if heard.alone.asks and all(edit == EXPLAINING for edit in edits) and EXPLAINED.isdisjoint(words_in(said.pieces)):
         return None
     likely = _feedback(heard)
     meant = bool(edits) and likely >= EVEN and not _is_odd(heard)

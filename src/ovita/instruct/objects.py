@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
-from ovita.instruct.lexicon import concept_at, is_filler, is_known, sorts_of, terms
+from ovita.instruct.lexicon import concept_at, is_filler, is_known, sorts_of
 from ovita.instruct.numerals import NUMBER_WORDS
 from ovita.limits.problem import is_support, kind_of
 from ovita.paths.scene import POINT, Scene, SceneObject, canonical
@@ -23,9 +22,6 @@ WORD = re.compile(
 
 NAMED = 5
 """Words of a name whose last word, or others, may stand for it; what is longer is a text, known by all of it."""
-
-NICKNAMED = 3
-"""Words of a name whose single words may stand for it."""
 
 SKIPPED = frozenset("the a an this that these those of our my".split())
 SAME: tuple[frozenset[str], ...] = tuple(
@@ -203,29 +199,6 @@ class Catalog:
             return {}
         words = (*PEOPLE, *(ANYBODY if head_of(self.words[people[0].name]) in PEOPLE else ()))
         return {(whose, word): people[0] for word in words for whose in ("the", "my", "our", "his", "her", "that")}
-
-    @cached_property
-    def person(self) -> tuple[str, ...]:
-        """The name of the only person there is, as one name or none."""
-        return tuple(item.name for item in [*self._the_person().values()][:1])
-
-    def add_nicknames(self) -> None:
-        """Let a name do without its last word: "the pine" for the pine board, where only one object has that word."""
-        owners: dict[str, list[SceneObject]] = {}
-        for item in self.scene:
-            words = self.words[item.name]
-            for word in words[:-1] if len(words) <= NICKNAMED else ():
-                owners.setdefault(word, []).append(item)
-        for word, items in owners.items():
-            if len(items) == 1 and len(word) > 2:
-                self._add_nickname(word, items[0])
-
-    def _add_nickname(self, word: str, item: SceneObject) -> None:
-        """Call an object by a word of its name, or by that with an article where the word says nothing by itself."""
-        if word != "and" and (word,) not in terms():
-            self.names.setdefault((word,), item)
-        elif is_filler(word) and word not in ROBOT:
-            self.names.setdefault(("the", word), item)
 
     def mention_at(self, words: Sequence[str], i: int, earlier: tuple[SceneObject, ...]) -> Mention | None:
         """The objects that the words from i on mean, or None.

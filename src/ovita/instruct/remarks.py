@@ -26,7 +26,7 @@ DIRECTIONS = ("left", "right", "front", "back", "up", "down")
 NOUNS: dict[str, tuple[str, ...]] = {
     "of_pace": ("pace",), "of_move": ("move", "end"), "of_farther": ("farther", "closer", "clearance"),
     "of_wait": ("wait", "hover", "stop"), "of_smooth": ("smooth",), "of_return": ("return",),
-    "of_circle": ("circle",),
+    "of_circle": ("circle",), "of_rotation": ("rotate",),
     "faster": ("pace",), "slower": ("pace",), "speed": ("pace",), "constant": ("pace",), "wait": ("wait",),
     "hop": ("hop",), "hover": ("hover",), "mirror": ("mirror",), "rotate": ("rotate",), "tilt": ("tilt",),
     "spiral": ("spiral",),
@@ -68,7 +68,8 @@ class Remark:
     @cached_property
     def elsewhere(self) -> bool:
         """Whether it names kinds of change, and none of those before."""
-        plain = [p for p in self.pieces if p.text.lower() != "move" and p.kind not in ("farther", "closer")]
+        vague = ("move", "longer")  # as a wait may be, too
+        plain = [p for p in self.pieces if p.text.lower() not in vague and p.kind not in ("farther", "closer")]
         naming = any(NOUNS.get(word) for p in plain for word in (p.cue, p.kind))
         return naming and not self.meant(self.pieces)
 

@@ -130,7 +130,9 @@ def left_over(words: Sequence[str], edits: Sequence[E.Edit], chunks: Sequence[Ch
     """
     held = [q.value for frame in said.before for _, q in held_in(frame)]
     held += [edit.quantity.value for edit in edits if isinstance(edit, E.Set)]
-    known = {piece.text for piece in said.pieces if said.meant([piece])} | {n for f in said.before for n in f.named}
+    known = {piece.text.lower() for piece in said.pieces if said.meant([piece])} | {
+        n for f in said.before for n in f.named
+    }
     stale = [i for value in held for i in _where(chunks, value)]
     old = {word for i in stale for word in chunks[i].text.lower().split()}
     old |= {f"{value:g}" for value in held} | {"back"} | ({"1"} if "one" in words_in(said.pieces) else set())
